@@ -1,1 +1,3 @@
 //! placeholder
+pub mod graph;
+pub mod eval;

@@ -1,0 +1,221 @@
+//! The table of scalar operations. Adding an operation is adding one row.
+//!
+//! A row states the operation's name, its arguments, where its value and where its derivative are defined, what it does to
+//! dimensions, and its value over *any* number type of num-dual. Derivatives of every order follow from the last column.
+
+use num_dual::DualNum;
+
+use super::special::{atanc, stumpff};
+
+/// A number on which programs run: `f64` or any dual number of the num-dual crate over it.
+///
+/// Comparisons look at the real part only, so code over a `Number` branches on [`num_dual::DualStruct::re`] and
+/// nothing else.
+pub trait Number: DualNum<Primitive = f64> {}
+
+impl<T: DualNum<Primitive = f64>> Number for T {}
+
+/// What an operation does to physical dimensions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DimensionRule {
+    /// Arguments and result have one dimension: `abs(x)`, `x + y`.
+    Same,
+    /// The dimensions multiply.
+    Product,
+    /// The dimensions divide.
+    Quotient,
+    /// The dimension's square root.
+    Root,
+    /// The first argument's dimension to the power of the second, a plain constant.
+    Power,
+    /// An angle or a number gives a number: `sin(x)`.
+    OfAngle,
+    /// A number gives a number: `exp(x)`.
+    OfNumber,
+    /// A number gives an angle: `asin(x)`.
+    ToAngle,
+    /// Two arguments of one dimension give an angle: `atan2(y, x)`.
+    QuotientToAngle,
+}
+
+/// A row of the table, without the value column, which is generic: see [`Operation::apply`].
+#[derive(Debug)]
+pub struct Row {
+    /// The operation.
+    pub operation: Operation,
+    /// Its name, as printed and, where `function` is true, as written in a model.
+    pub name: &'static str,
+    /// Whether a model calls it by its name.
+    pub function: bool,
+    /// One or two arguments.
+    pub arity: usize,
+    /// What it does to dimensions.
+    pub dimensions: DimensionRule,
+    /// Where the value exists.
+    pub defined: fn(f64, f64) -> bool,
+    /// Where, besides, the derivative exists.
+    pub smooth: fn(f64, f64) -> bool,
+    /// The domain in words, for diagnostics.
+    pub domain: &'static str,
+}
+
+macro_rules! operations {
+    ($( $(#[$doc:meta])* $variant:ident $name:literal $function:ident $arity:literal $dimensions:ident
+        |$x:ident, $y:ident| $value:expr;
+        defined $defined:expr; smooth $smooth:expr; $domain:literal )*) => {
+        /// A scalar operation of one or two arguments.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum Operation { $( $(#[$doc])* $variant, )* }
+
+        /// Every operation, in the order of the table.
+        pub const OPERATIONS: &[Row] = &[ $( Row {
+            operation: Operation::$variant, name: $name, function: $function, arity: $arity,
+            dimensions: DimensionRule::$dimensions, defined: $defined, smooth: $smooth, domain: $domain,
+        }, )* ];
+
+        impl Operation {
+            /// The operation's value. A unary operation does not look at `y`.
+            #[inline]
+            pub fn apply<T: Number>(self, x: &T, y: &T) -> T {
+                match self { $( Operation::$variant => { let ($x, $y) = (x, y); let _ = $y; $value } )* }
+            }
+        }
+    };
+}
+
+operations! {
+    /// x + y
+    Add "+" false 2 Same |x, y| x.clone() + y;
+        defined |_, _| true; smooth |_, _| true; "everywhere"
+    /// x − y
+    Sub "-" false 2 Same |x, y| x.clone() - y;
+        defined |_, _| true; smooth |_, _| true; "everywhere"
+    /// x · y
+    Mul "*" false 2 Product |x, y| x.clone() * y;
+        defined |_, _| true; smooth |_, _| true; "everywhere"
+    /// x / y
+    Div "/" false 2 Quotient |x, y| x.clone() / y;
+        defined |_, y| y != 0.0; smooth |_, _| true; "where the divisor is not zero"
+    /// −x
+    Neg "neg" false 1 Same |x, _y| -x.clone();
+        defined |_, _| true; smooth |_, _| true; "everywhere"
+    /// xⁿ, n a whole constant
+    PowInteger "^" false 2 Power |x, n| power(x, n.re() as i32);
+        defined |x, n| x != 0.0 || n >= 0.0; smooth |_, _| true; "where the base of a negative power is not zero"
+    /// xʸ = exp(y log x)
+    Pow "^" false 2 Power |x, y| (x.ln() * y).exp();
+        defined |x, _| x > 0.0; smooth |_, _| true; "where the base of a broken power is positive"
+    /// √x
+    Sqrt "sqrt" true 1 Root |x, _y| x.sqrt();
+        defined |x, _| x >= 0.0; smooth |x, _| x > 0.0; "where its argument is positive"
+    /// eˣ
+    Exp "exp" true 1 OfNumber |x, _y| x.exp();
+        defined |_, _| true; smooth |_, _| true; "everywhere"
+    /// natural logarithm
+    Log "log" true 1 OfNumber |x, _y| x.ln();
+        defined |x, _| x > 0.0; smooth |_, _| true; "where its argument is positive"
+    /// sine
+    Sin "sin" true 1 OfAngle |x, _y| x.sin();
+        defined |x, _| x.is_finite(); smooth |_, _| true; "everywhere"
+    /// cosine
+    Cos "cos" true 1 OfAngle |x, _y| x.cos();
+        defined |x, _| x.is_finite(); smooth |_, _| true; "everywhere"
+    /// tangent
+    Tan "tan" true 1 OfAngle |x, _y| x.tan();
+        defined |x, _| x.is_finite(); smooth |_, _| true; "everywhere but at odd quarter turns"
+    /// arc sine
+    Asin "asin" true 1 ToAngle |x, _y| x.asin();
+        defined |x, _| x.abs() <= 1.0; smooth |x, _| x.abs() < 1.0; "where its argument is between -1 and 1"
+    /// arc cosine
+    Acos "acos" true 1 ToAngle |x, _y| x.acos();
+        defined |x, _| x.abs() <= 1.0; smooth |x, _| x.abs() < 1.0; "where its argument is between -1 and 1"
+    /// arc tangent
+    Atan "atan" true 1 ToAngle |x, _y| x.atan();
+        defined |_, _| true; smooth |_, _| true; "everywhere"
+    /// the angle of the point (y, x): first argument over second, all four quadrants
+    Atan2 "atan2" true 2 QuotientToAngle |y, x| y.atan2(x.clone());
+        defined |y, x| y != 0.0 || x != 0.0; smooth |_, _| true; "where its arguments are not both zero"
+    /// |x|
+    Abs "abs" true 1 Same |x, _y| if x.re() < 0.0 { -x.clone() } else { x.clone() };
+        defined |_, _| true; smooth |x, _| x != 0.0; "everywhere, with a corner at zero"
+    /// x brought into (−π, π] by whole turns
+    Wrap "wrap" true 1 Same |x, _y| x.clone() - turns(x.re());
+        defined |x, _| x.is_finite(); smooth |_, _| true; "everywhere"
+    /// x, refused below y: how a function says where it ends
+    AtLeast "at_least" true 2 Same |x, _y| x.clone();
+        defined |x, y| x >= y; smooth |_, _| true; "where its first argument reaches the second"
+    /// Stumpff's function c_y(x), y a whole constant: exact rotations at angle zero
+    Stumpff "stumpff" false 2 OfNumber |x, k| stumpff(k.re() as u32, x);
+        defined |x, _| x >= 0.0; smooth |_, _| true; "where its argument is not negative"
+    /// Σ (−x)ⁱ/(2i + 2y + 1), y a whole constant: exact rotation vectors at angle zero
+    Atanc "atanc" false 2 OfNumber |x, n| atanc(n.re() as u32, x);
+        defined |x, _| x >= 0.0; smooth |_, _| true; "where its argument is not negative"
+}
+
+impl Operation {
+    /// The operation's row in [`OPERATIONS`].
+    pub fn row(self) -> &'static Row {
+        &OPERATIONS[self as usize]
+    }
+
+    /// The operation that a model calls by this name.
+    pub fn function(name: &str) -> Option<Operation> {
+        OPERATIONS.iter().find(|row| row.function && row.name == name).map(|row| row.operation)
+    }
+}
+
+/// xⁿ by repeated squaring: the same multiplications on `f64` and on duals, and exact where they are.
+fn power<T: Number>(x: &T, n: i32) -> T {
+    let mut square = if n < 0 { x.recip() } else { x.clone() };
+    let mut result = None;
+    let mut left = n.unsigned_abs();
+    while left > 0 {
+        if left & 1 == 1 {
+            result = Some(match result {
+                None => square.clone(),
+                Some(so_far) => square.clone() * so_far,
+            });
+        }
+        left >>= 1;
+        if left > 0 {
+            square = square.clone() * square;
+        }
+    }
+    result.unwrap_or_else(|| T::from(1.0))
+}
+
+/// The whole turns to take from x so that the rest is in (−π, π].
+fn turns(x: f64) -> f64 {
+    use std::f64::consts::{PI, TAU};
+    ((x - PI) / TAU).ceil() * TAU
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_in_the_order_of_the_enum() {
+        for (i, row) in OPERATIONS.iter().enumerate() {
+            assert_eq!(row.operation as usize, i);
+            assert_eq!(row.operation.row().name, row.name);
+        }
+    }
+
+    #[test]
+    fn powers_are_products() {
+        assert_eq!(power(&3.0, 5), 243.0);
+        assert_eq!(power(&2.0, -2), 0.25);
+        assert_eq!(power(&0.0, 0), 1.0);
+    }
+
+    #[test]
+    fn wrapping_keeps_half_a_turn_positive() {
+        use std::f64::consts::PI;
+        let wrap = |x: f64| Operation::Wrap.apply(&x, &x);
+        assert_eq!(wrap(PI), PI);
+        assert_eq!(wrap(-PI), PI);
+        assert!((wrap(7.0) - (7.0 - 2.0 * PI)).abs() < 1e-15);
+        assert_eq!(wrap(0.5), 0.5);
+    }
+}
