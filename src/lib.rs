@@ -1,3 +1,8 @@
 //! placeholder
-pub mod graph;
+pub mod compile;
+pub mod diag;
 pub mod eval;
+pub mod graph;
+pub mod lang;
+pub mod model;
+pub mod unit;

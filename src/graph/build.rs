@@ -167,9 +167,18 @@ impl Graph {
             self.sub(one, sum)
         };
         let (dx, dy, dz) = (diagonal(yy, zz), diagonal(xx, zz), diagonal(xx, yy));
-        let first = { let (b, c) = (self.add(xy, wz), self.sub(xz, wy)); self.vector(dx, b, c) };
-        let second = { let (a, c) = (self.sub(xy, wz), self.add(yz, wx)); self.vector(a, dy, c) };
-        let third = { let (a, b) = (self.add(xz, wy), self.sub(yz, wx)); self.vector(a, b, dz) };
+        let first = {
+            let (b, c) = (self.add(xy, wz), self.sub(xz, wy));
+            self.vector(dx, b, c)
+        };
+        let second = {
+            let (a, c) = (self.sub(xy, wz), self.add(yz, wx));
+            self.vector(a, dy, c)
+        };
+        let third = {
+            let (a, b) = (self.add(xz, wy), self.sub(yz, wx));
+            self.vector(a, b, dz)
+        };
         self.columns(first, second, third)
     }
 

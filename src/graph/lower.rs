@@ -60,8 +60,8 @@ impl<'a> Lowering<'a> {
             Constant(_) | Parameter(_) | Input(_) | Apply(..) | Component(..) | Dot(..) => {
                 self.scalar(Scalar(id));
             }
-            Vector(..) | AddVector(..) | SubVector(..) | Scale(..) | Cross(..) | Rotate(..) | Column(..) | Origin(..)
-            | Transform(..) => {
+            Vector(..) | AddVector(..) | SubVector(..) | Scale(..) | Cross(..) | Rotate(..) | Column(..)
+            | Origin(..) | Transform(..) => {
                 self.vector(super::Vector(id));
             }
             NoRotation | Turn(..) | ExpRotation(..) | Columns(..) | ComposeRotation(..) | InverseRotation(..)

@@ -24,43 +24,43 @@ impl Graph {
         }
         let is = |s: Scalar, value: f64| self.value(s) == Some(value);
         match operation {
-            Operation::Add if is(x, 0.0) => Some(y),                       // 0 + y = y
-            Operation::Add if is(y, 0.0) => Some(x),                       // x + 0 = x
+            Operation::Add if is(x, 0.0) => Some(y), // 0 + y = y
+            Operation::Add if is(y, 0.0) => Some(x), // x + 0 = x
             Operation::Add => match (self.negated(x), self.negated(y)) {
-                (_, Some(minus_y)) => Some(self.sub(x, minus_y)),          // x + (−a) = x − a
-                (Some(minus_x), None) => Some(self.sub(y, minus_x)),       // (−a) + y = y − a
+                (_, Some(minus_y)) => Some(self.sub(x, minus_y)),    // x + (−a) = x − a
+                (Some(minus_x), None) => Some(self.sub(y, minus_x)), // (−a) + y = y − a
                 _ => None,
             },
-            Operation::Sub if is(y, 0.0) => Some(x),                       // x − 0 = x
-            Operation::Sub if is(x, 0.0) => Some(self.neg(y)),             // 0 − y = −y
-            Operation::Sub if x == y => Some(self.constant(0.0)),          // x − x = 0
-            Operation::Sub => self.negated(y).map(|a| self.add(x, a)),     // x − (−a) = x + a
+            Operation::Sub if is(y, 0.0) => Some(x),              // x − 0 = x
+            Operation::Sub if is(x, 0.0) => Some(self.neg(y)),    // 0 − y = −y
+            Operation::Sub if x == y => Some(self.constant(0.0)), // x − x = 0
+            Operation::Sub => self.negated(y).map(|a| self.add(x, a)), // x − (−a) = x + a
             Operation::Mul if is(x, 0.0) || is(y, 0.0) => Some(self.constant(0.0)), // 0·y = 0
-            Operation::Mul if is(x, 1.0) => Some(y),                       // 1·y = y
-            Operation::Mul if is(y, 1.0) => Some(x),                       // x·1 = x
-            Operation::Mul if is(x, -1.0) => Some(self.neg(y)),            // −1·y = −y
-            Operation::Mul if is(y, -1.0) => Some(self.neg(x)),            // x·−1 = −x
+            Operation::Mul if is(x, 1.0) => Some(y),              // 1·y = y
+            Operation::Mul if is(y, 1.0) => Some(x),              // x·1 = x
+            Operation::Mul if is(x, -1.0) => Some(self.neg(y)),   // −1·y = −y
+            Operation::Mul if is(y, -1.0) => Some(self.neg(x)),   // x·−1 = −x
             Operation::Mul => match (self.negated(x), self.negated(y)) {
-                (Some(a), Some(b)) => Some(self.mul(a, b)),                // (−a)·(−b) = a·b
+                (Some(a), Some(b)) => Some(self.mul(a, b)), // (−a)·(−b) = a·b
                 (Some(a), None) => {
                     let product = self.mul(a, y);
-                    Some(self.neg(product))                                // (−a)·y = −(a·y)
+                    Some(self.neg(product)) // (−a)·y = −(a·y)
                 }
                 (None, Some(b)) => {
                     let product = self.mul(x, b);
-                    Some(self.neg(product))                                // x·(−b) = −(x·b)
+                    Some(self.neg(product)) // x·(−b) = −(x·b)
                 }
                 _ => None,
             },
-            Operation::Div if is(y, 1.0) => Some(x),                       // x/1 = x
+            Operation::Div if is(y, 1.0) => Some(x), // x/1 = x
             Operation::Div if is(x, 0.0) && self.value(y) != Some(0.0) => Some(x), // 0/y = 0
-            Operation::Neg => self.negated(x),                             // −(−a) = a
-            Operation::PowInteger if is(y, 1.0) => Some(x),                // x¹ = x
+            Operation::Neg => self.negated(x),       // −(−a) = a
+            Operation::PowInteger if is(y, 1.0) => Some(x), // x¹ = x
             Operation::PowInteger if is(y, 0.0) => Some(self.constant(1.0)), // x⁰ = 1
-            Operation::PowInteger if is(y, 2.0) => Some(self.mul(x, x)),   // x² = x·x
+            Operation::PowInteger if is(y, 2.0) => Some(self.mul(x, x)), // x² = x·x
             Operation::Sin => self.negated(x).map(|a| {
                 let sine = self.apply(Operation::Sin, a, a);
-                self.neg(sine)                                             // sin(−a) = −sin a
+                self.neg(sine) // sin(−a) = −sin a
             }),
             Operation::Cos => self.negated(x).map(|a| self.apply(Operation::Cos, a, a)), // cos(−a) = cos a
             Operation::Abs => self.negated(x).map(|a| self.apply(Operation::Abs, a, a)), // |−a| = |a|
@@ -89,7 +89,7 @@ impl Graph {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Graph, Operation, OPERATIONS, Tape};
+    use super::super::{Graph, OPERATIONS, Operation, Tape};
     use proptest::prelude::*;
 
     #[test]

@@ -3,7 +3,6 @@
 //! Rotations are analytic in the *square* of their angle; writing them so removes the square root, and with it the lost
 //! derivative, at zero, where calibration offsets start. Both families are closed under differentiation.
 
-
 use super::operation::Number;
 
 /// Below this argument the power series is used; above, the closed form loses at most three bits to cancellation.

@@ -1,0 +1,219 @@
+//! A measurement's columns, definitions, residuals and outputs as tapes.
+
+use std::sync::Arc;
+
+use super::declarations::{Declarations, Symbol};
+use super::program::{Input, Measurement, Output, Residual};
+use super::quantity::Quantities;
+use super::scope::{Binding, Scope};
+use super::snippet::Snippet;
+use super::value::Value;
+use crate::diag::{Code, Diagnostics};
+use crate::graph::{Scalar, Tape};
+use crate::model::{self, Text};
+use crate::unit::{Dimension, Unit};
+
+/// The columns of a measurement as numbers of the program.
+pub(crate) fn inputs(
+    declared: &model::Measurement,
+    quantities: &Quantities,
+    diagnostics: &mut Diagnostics,
+) -> Vec<Input> {
+    let mut inputs = Vec::with_capacity(declared.inputs.len());
+    for (name, input) in declared.inputs.iter() {
+        let (unit, dms) = match &input.unit {
+            None => (Unit::ONE, false),
+            Some(text) if matches!(text.value.as_str(), "d-m-s" | "dms") => {
+                (Unit { factor: 1.0, dimension: Dimension::ANGLE }, true)
+            }
+            Some(text) => (quantities.unit(text, diagnostics).unwrap_or(Unit::ONE), false),
+        };
+        let wanted = unit.dimension;
+        let sigma = input.sigma.as_ref().and_then(|q| quantities.positive(q, wanted, Some(unit), diagnostics));
+        let mut constant = |q: &Option<model::Quantity>| {
+            q.as_ref().and_then(|q| quantities.constant(q, wanted, Some(unit), diagnostics))
+        };
+        let (bias, default) = (constant(&input.bias).unwrap_or(0.0), constant(&input.default));
+        inputs.push(Input { name: name.value.clone(), unit, dms, sigma, bias, default });
+    }
+    inputs
+}
+
+/// Binds a measurement's columns and definitions.
+pub(crate) fn bind(scope: &mut Scope, declared: &model::Measurement, inputs: &[Input]) {
+    let source = Arc::clone(&scope.declarations.source);
+    for (k, key) in declared.keys.iter().enumerate() {
+        refuse_taken(scope, key, &source);
+        scope.bind(&key.value, Binding::Key(k));
+    }
+    for (i, ((name, _), input)) in declared.inputs.iter().zip(inputs).enumerate() {
+        refuse_taken(scope, name, &source);
+        let node = scope.graph.input(i as u32);
+        scope.bind(&name.value, Binding::Value(Value::Scalar(node, input.unit.dimension)));
+    }
+    definitions(scope, &declared.define, &source);
+}
+
+/// Binds definitions in their order, each seeing the ones before.
+pub(crate) fn definitions(scope: &mut Scope, define: &model::Map<Text>, source: &Arc<crate::diag::Source>) {
+    for (i, (name, text)) in define.iter().enumerate() {
+        refuse_taken(scope, name, source);
+        let snippet = Snippet::new(text, source);
+        let before = scope.diagnostics.len();
+        let value = scope.value(&snippet);
+        if value.is_none() {
+            // a name that is defined, but not before: say that instead of "there is no …"
+            explain_order(scope, before, define, i);
+        }
+        scope.bind(&name.value, value.map_or(Binding::Broken, Binding::Value));
+    }
+}
+
+/// Turns "there is no `b` here" into what it is where `b` is this definition or a later one.
+fn explain_order(scope: &mut Scope, before: usize, define: &model::Map<Text>, at: usize) {
+    let names: Vec<&str> = define.keys().map(|key| key.value.as_str()).collect();
+    let uses = |from: usize, to: usize| {
+        let text = &define.0[from].1.value;
+        crate::lang::parse(text).is_ok_and(|expr| {
+            let mut found = false;
+            expr.visit(|part| found |= matches!(&part.kind, crate::lang::ExprKind::Name(name) if name == names[to]));
+            found
+        })
+    };
+    for diagnostic in &mut scope.diagnostics.0[before..] {
+        let Some(later) = (at..names.len()).find(|&k| diagnostic.message == format!("there is no `{}` here", names[k]))
+        else {
+            continue;
+        };
+        let (this, that) = (names[at], names[later]);
+        if later == at || uses(later, at) {
+            diagnostic.code = Code::Circular;
+            diagnostic.message = if later == at {
+                format!("`{this}` depends on itself")
+            } else {
+                format!("`{this}` and `{that}` depend on each other")
+            };
+            diagnostic.hint = Some("give one of them a value that does not lead back to it".into());
+        } else {
+            diagnostic.hint = Some(format!("`{that}` is defined further down: move it before `{this}`"));
+        }
+    }
+}
+
+fn refuse_taken(scope: &mut Scope, name: &Text, source: &Arc<crate::diag::Source>) {
+    let at = Snippet::new(name, source);
+    let declared = scope.declarations;
+    let taken = if !crate::lang::is_name(&name.value) {
+        scope.diagnostics.push(
+            at.whole(Code::BadExpression, format!("`{}` is not a name", name.value))
+                .hint("letters, digits and underscores, a letter first"),
+        );
+        return;
+    } else if scope.has(&name.value) {
+        "another column or definition of this measurement"
+    } else if super::core::arity(&name.value).is_some() || name.value == "pi" {
+        "part of the language"
+    } else if declared.chain(&name.value).is_some() {
+        "a chain"
+    } else if matches!(declared.symbol(&name.value), Some(Symbol::Parameter(_) | Symbol::Definition(..))) {
+        "a parameter or definition of the model"
+    } else {
+        return;
+    };
+    scope.diagnostics.push(at.whole(Code::NameTaken, format!("`{}` is already {taken}", name.value)));
+}
+
+/// Compiles a measurement; `extra` are expressions of the command line, to be put out as well.
+pub(crate) fn compile(
+    name: &Text,
+    declared: &model::Measurement,
+    declarations: &Declarations,
+    quantities: &Quantities,
+    extra: &[String],
+    diagnostics: &mut Diagnostics,
+) -> Measurement {
+    let source = Arc::clone(&declarations.source);
+    let inputs = inputs(declared, quantities, diagnostics);
+    let mut scope = Scope::new(declarations);
+    bind(&mut scope, declared, &inputs);
+
+    let (mut residuals, mut nodes) = (Vec::new(), Vec::new());
+    for (name, residual) in declared.residuals.iter() {
+        let snippet = Snippet::new(&residual.value, &source);
+        let Some(parts) = scalars(&mut scope, &snippet) else { continue };
+        for (suffix, node, dimension) in parts {
+            let sigma = residual.sigma.as_ref().and_then(|q| quantities.positive(q, dimension, None, diagnostics));
+            residuals.push(Residual {
+                name: format!("{}{suffix}", name.value),
+                dimension,
+                sigma,
+                span: snippet.place(),
+            });
+            nodes.push(node);
+        }
+    }
+
+    let (mut outputs, mut output_nodes) = (Vec::new(), Vec::new());
+    let own = declared.outputs.iter().map(|(name, text)| (name.value.clone(), Snippet::new(text, &source)));
+    let extra = extra.iter().map(|text| (text.clone(), Snippet::alone("--expr", text)));
+    for (name, snippet) in own.chain(extra) {
+        let Some(value) = scope.value(&snippet) else { continue };
+        for (suffix, node, dimension) in flattened(&mut scope, value) {
+            outputs.push(Output {
+                name: format!("{name}{suffix}"),
+                dimension,
+                place: (Arc::clone(&snippet.source), snippet.place()),
+            });
+            output_nodes.push(node);
+        }
+    }
+
+    let tape = Tape::lower(&scope.graph, &nodes);
+    let output_tape = Tape::lower(&scope.graph, &output_nodes);
+    diagnostics.extend(scope.diagnostics);
+    Measurement {
+        name: name.value.clone(),
+        keys: declared.keys.iter().map(|key| key.value.clone()).collect(),
+        inputs,
+        slots: scope.slots,
+        leaves: scope.leaves,
+        residuals,
+        tape,
+        outputs,
+        output_tape,
+        data: declared.data.0.clone(),
+        span: name.span,
+    }
+}
+
+/// The scalars of an expression that should vanish.
+pub(crate) fn scalars(scope: &mut Scope, snippet: &Snippet) -> Option<Vec<(&'static str, Scalar, Dimension)>> {
+    let value = scope.value(snippet)?;
+    let parts = scope.components(value);
+    if parts.is_none() {
+        let hint = "a scalar or a vector can vanish: `F.o - G.o` for positions, `log_rotation(inverse(F.r) * G.r)` for rotations";
+        let found = snippet
+            .whole(Code::WrongShape, format!("a residual is a scalar or a vector, and this is {}", value.shape()));
+        scope.diagnostics.push(found.hint(hint));
+    }
+    parts
+}
+
+/// The scalars of any value: a rotation gives its rotation vector, a frame its origin and its rotation vector.
+fn flattened(scope: &mut Scope, value: Value) -> Vec<(&'static str, Scalar, Dimension)> {
+    let rotation = |scope: &mut Scope, r| {
+        let vector = scope.graph.log_rotation(r);
+        let parts = scope.components(Value::Vector(vector, Dimension::ANGLE)).unwrap_or_default();
+        parts.into_iter().zip([".rx", ".ry", ".rz"]).map(|((_, s, d), suffix)| (suffix, s, d)).collect::<Vec<_>>()
+    };
+    match value {
+        Value::Rotation(r) => rotation(scope, r),
+        Value::Frame(f, dimension) => {
+            let (origin, r) = (scope.graph.origin(f), scope.graph.rotation_of(f));
+            let mut parts = scope.components(Value::Vector(origin, dimension)).unwrap_or_default();
+            parts.extend(rotation(scope, r));
+            parts
+        }
+        _ => scope.components(value).unwrap_or_default(),
+    }
+}

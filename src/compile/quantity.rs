@@ -1,0 +1,346 @@
+//! Quantities of the model file as numbers: units, nominal values, bounds, priors, tolerances.
+
+use std::sync::Arc;
+
+use super::declarations::Declarations;
+use super::program::{Parameter, Role, Setting, Shape};
+use super::scope::Scope;
+use super::snippet::Snippet;
+use super::value::Value as Node;
+use crate::diag::{Code, Diagnostic, Diagnostics, Source, Span};
+use crate::lang::ExprKind;
+use crate::model::{self, Components, Model, Quantity, Text, Value};
+use crate::unit::{Base, Dimension, Unit, Units};
+
+/// What reads quantities: the model's units and default tolerances.
+pub(crate) struct Quantities {
+    pub(crate) units: Units,
+    pub(crate) source: Arc<Source>,
+    tolerances: [Option<f64>; 5],
+    number_tolerance: Option<f64>,
+}
+
+impl Quantities {
+    /// Reads `units` and `tolerances`.
+    pub(crate) fn read(model: &Model, source: &Arc<Source>, diagnostics: &mut Diagnostics) -> Self {
+        let mut units = Units::default();
+        let declared =
+            [&model.units.length, &model.units.angle, &model.units.time, &model.units.mass, &model.units.temperature];
+        for (base, text) in Base::ALL.into_iter().zip(declared) {
+            let Some(text) = text else { continue };
+            match units.with(base, &text.value) {
+                Ok(with) => units = with,
+                Err(error) => {
+                    let code = match error {
+                        crate::unit::UnitsError::Unknown(_) => Code::UnknownUnit,
+                        crate::unit::UnitsError::Dimension { .. } => Code::WrongUnit,
+                    };
+                    diagnostics.push(Snippet::new(text, source).whole(code, error.to_string()));
+                }
+            }
+        }
+        let mut all = Quantities { units, source: Arc::clone(source), tolerances: [None; 5], number_tolerance: None };
+        // 0.1 mm and 0.05 mrad, unless the model says otherwise
+        let mm = Unit { factor: 1e-3, dimension: Dimension::LENGTH };
+        all.tolerances[Base::Length as usize] = Some(units.to_internal(0.1, mm));
+        all.tolerances[Base::Angle as usize] = Some(5e-5);
+        let declared = [
+            &model.tolerances.length,
+            &model.tolerances.angle,
+            &model.tolerances.time,
+            &model.tolerances.mass,
+            &model.tolerances.temperature,
+        ];
+        for (base, quantity) in Base::ALL.into_iter().zip(declared) {
+            if let Some(quantity) = quantity
+                && let Some(value) = all.positive(quantity, Dimension::of(base), None, diagnostics)
+            {
+                all.tolerances[base as usize] = Some(value);
+            }
+        }
+        if let Some(quantity) = &model.tolerances.number {
+            all.number_tolerance = all.positive(quantity, Dimension::NUMBER, None, diagnostics);
+        }
+        all
+    }
+
+    /// A constant of a wanted dimension, in internal units. A bare number counts in `bare`, or else in the model's unit.
+    pub(crate) fn constant(
+        &self,
+        quantity: &Quantity,
+        wanted: Dimension,
+        bare: Option<Unit>,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<f64> {
+        let (value, dimension) = self.any(quantity, diagnostics)?;
+        if dimension.is_number() {
+            let unit = bare.unwrap_or_else(|| self.units.unit(wanted));
+            return Some(self.units.to_internal(value, unit));
+        }
+        if dimension == wanted || (wanted.is_number() && dimension.compatible(wanted)) {
+            return Some(value);
+        }
+        let message = format!("a {wanted} is wanted here, and this is a {dimension}");
+        diagnostics.push(Diagnostic::error(Code::WrongUnit, message).at(&self.source, quantity.span()));
+        None
+    }
+
+    /// The same, and it must be positive.
+    pub(crate) fn positive(
+        &self,
+        quantity: &Quantity,
+        wanted: Dimension,
+        bare: Option<Unit>,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<f64> {
+        let value = self.constant(quantity, wanted, bare, diagnostics)?;
+        if value > 0.0 {
+            return Some(value);
+        }
+        let found = Diagnostic::error(Code::NotPositive, "a standard deviation or tolerance is positive")
+            .at(&self.source, quantity.span());
+        diagnostics.push(found.hint("leave the field out where there is none"));
+        None
+    }
+
+    /// A constant of whatever dimension, in internal units; a bare number as it stands.
+    pub(crate) fn any(&self, quantity: &Quantity, diagnostics: &mut Diagnostics) -> Option<(f64, Dimension)> {
+        let text = match quantity {
+            Quantity::Number(number) => return Some((number.value, Dimension::NUMBER)),
+            Quantity::Text(text) => text,
+        };
+        let bare = Declarations::bare(self.units, &self.source);
+        let mut scope = Scope::new(&bare);
+        let snippet = Snippet::new(text, &self.source);
+        let value = scope.value(&snippet);
+        diagnostics.extend(scope.diagnostics);
+        match value? {
+            Node::Scalar(s, dimension) => match scope.graph.value(s) {
+                Some(value) => Some((value, dimension)),
+                None => {
+                    let message = "the expression has no finite value";
+                    diagnostics.push(snippet.whole(Code::NotFinite, message));
+                    None
+                }
+            },
+            other => {
+                diagnostics.push(
+                    snippet.whole(Code::WrongShape, format!("a number is wanted here, and this is {}", other.shape())),
+                );
+                None
+            }
+        }
+    }
+
+    /// The unit of a column or parameter.
+    pub(crate) fn unit(&self, text: &Text, diagnostics: &mut Diagnostics) -> Option<Unit> {
+        match Unit::parse(&text.value) {
+            Ok(unit) => Some(unit),
+            Err(error) => {
+                let hint = error.suggestion.as_ref().map(|near| format!("did you mean `{near}`?"));
+                diagnostics.push(
+                    Snippet::new(text, &self.source).whole(Code::UnknownUnit, error.to_string()).maybe_hint(hint),
+                );
+                None
+            }
+        }
+    }
+
+    /// Whether a quantity names parameters, and so is a tie.
+    pub(crate) fn is_tie(&self, quantity: &Quantity) -> bool {
+        let Quantity::Text(text) = quantity else { return false };
+        let Ok(expr) = Snippet::new(text, &self.source).parse() else { return false };
+        let mut names = false;
+        expr.visit(|part| {
+            names |= match &part.kind {
+                ExprKind::Name(name) => name != "pi",
+                ExprKind::Index { .. } => true,
+                _ => false,
+            }
+        });
+        names
+    }
+
+    /// What counts as known well enough where nothing is said: a thousandth of the nominal value, or of one, where there is
+    /// no default for the dimension.
+    fn tolerance(&self, dimension: Dimension, nominal: f64) -> f64 {
+        let base = Base::ALL.into_iter().find(|&base| Dimension::of(base) == dimension);
+        let declared = match base {
+            Some(base) => self.tolerances[base as usize],
+            None if dimension.is_number() => self.number_tolerance,
+            None => None,
+        };
+        declared.unwrap_or(if nominal == 0.0 { 1e-3 } else { 1e-3 * nominal.abs() })
+    }
+
+    /// The setting of a scalar in a chain.
+    pub(crate) fn scalar_setting(
+        &self,
+        value: &Value<Quantity>,
+        wanted: Dimension,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Setting> {
+        let (role, setting) = match value {
+            Value::Constant(_) => return None,
+            Value::Free(setting) => (Role::Free, setting),
+            Value::Held(setting) => (Role::Held, setting),
+        };
+        let nominal = self.constant(&setting.nominal, wanted, None, diagnostics)?;
+        let mut one = |quantity: &Option<Quantity>| match quantity {
+            None => Some(None),
+            Some(quantity) => self.constant(quantity, wanted, None, diagnostics).map(Some),
+        };
+        let (min, max) = (one(&setting.min), one(&setting.max));
+        let mut positive = |quantity: &Option<Quantity>| match quantity {
+            None => Some(None),
+            Some(quantity) => self.positive(quantity, wanted, None, diagnostics).map(Some),
+        };
+        let (sigma, tolerance) = (positive(&setting.sigma), positive(&setting.tolerance));
+        let setting_values = Setting {
+            role,
+            nominal: vec![nominal],
+            min: vec![min?.unwrap_or(f64::NEG_INFINITY)],
+            max: vec![max?.unwrap_or(f64::INFINITY)],
+            sigma: vec![sigma?],
+            tolerance: vec![tolerance?.unwrap_or_else(|| self.tolerance(wanted, nominal))],
+        };
+        self.check_bounds(&setting_values, setting.span, diagnostics).then_some(setting_values)
+    }
+
+    fn check_bounds(&self, setting: &Setting, span: Span, diagnostics: &mut Diagnostics) -> bool {
+        for ((&nominal, &min), &max) in setting.nominal.iter().zip(&setting.min).zip(&setting.max) {
+            let message = if min > max {
+                format!("the lower bound {min} is above the upper bound {max}")
+            } else if nominal < min || nominal > max {
+                format!("the nominal value {nominal} is outside its bounds {min} to {max}")
+            } else {
+                continue;
+            };
+            diagnostics.push(Diagnostic::error(Code::BadBounds, message).at(&self.source, span));
+            return false;
+        }
+        true
+    }
+
+    /// A free-standing parameter.
+    pub(crate) fn parameter(
+        &self,
+        name: &str,
+        declared: &model::Parameter,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Parameter> {
+        let shape = match declared.shape {
+            model::Shape::Scalar => Shape::Scalar,
+            model::Shape::Vec3 => Shape::Vec3,
+            model::Shape::Rotation => Shape::Rotation,
+            model::Shape::Pose => Shape::Pose,
+        };
+        let unit = match &declared.unit {
+            Some(text) => Some(self.unit(text, diagnostics)?),
+            None => None,
+        };
+        let dimensions = match (shape, unit) {
+            (Shape::Scalar | Shape::Vec3, Some(unit)) => vec![unit.dimension; shape.dimension()],
+            (Shape::Scalar, None) => {
+                let first = match declared.value.nominal() {
+                    Components::One(quantity) => quantity,
+                    Components::Each(all) => all.first()?,
+                };
+                vec![self.any(first, diagnostics)?.1]
+            }
+            (Shape::Vec3, None) => vec![Dimension::LENGTH; 3],
+            (Shape::Rotation, _) => vec![Dimension::ANGLE; 3],
+            (Shape::Pose, _) => [vec![Dimension::LENGTH; 3], vec![Dimension::ANGLE; 3]].concat(),
+        };
+        let context = Context { quantities: self, declared, dimensions: &dimensions, unit };
+        let setting = context.setting(&declared.value, declared.span, diagnostics)?;
+        let mut members = Vec::new();
+        for (key, value) in declared.members.iter() {
+            members.push((key.value.clone(), context.setting(value, key.span, diagnostics)?));
+        }
+        Some(Parameter {
+            name: name.to_owned(),
+            shape,
+            dimensions,
+            setting,
+            family: declared.family,
+            members,
+            span: declared.span,
+        })
+    }
+}
+
+/// A free-standing parameter whose components are being read.
+struct Context<'a> {
+    quantities: &'a Quantities,
+    declared: &'a model::Parameter,
+    dimensions: &'a [Dimension],
+    unit: Option<Unit>,
+}
+
+impl Context<'_> {
+    fn setting(&self, value: &Value<Components>, span: Span, diagnostics: &mut Diagnostics) -> Option<Setting> {
+        let (role, inner) = match value {
+            Value::Constant(_) => (Role::Held, None),
+            Value::Free(setting) => (Role::Free, Some(setting)),
+            Value::Held(setting) => (Role::Held, Some(setting)),
+        };
+        let n = self.dimensions.len();
+        let nominal = self.components(value.nominal(), 0..n, false, diagnostics)?;
+        let nominal: Vec<f64> = nominal.into_iter().map(|v| v.unwrap_or(0.0)).collect();
+        let pick = |own: Option<&Option<Components>>, outer: &Option<Components>| {
+            own.cloned().flatten().or_else(|| outer.clone())
+        };
+        let min = pick(inner.map(|s| &s.min), &self.declared.min);
+        let max = pick(inner.map(|s| &s.max), &self.declared.max);
+        let sigma = pick(inner.map(|s| &s.sigma), &self.declared.sigma);
+        let tolerance = pick(inner.map(|s| &s.tolerance), &self.declared.tolerance);
+        let mut read = |part: &Option<Components>, range: std::ops::Range<usize>, positive| match part {
+            None => Some(vec![None; range.len()]),
+            Some(part) => self.components(part, range, positive, diagnostics),
+        };
+        let (min, max) = (read(&min, 0..n, false), read(&max, 0..n, false));
+        // of a pose, sigma and tolerance speak of the translation, sigma_angle and tolerance_angle of the rotation
+        let split = n.min(3);
+        let mut sigma = read(&sigma, 0..split, true)?;
+        sigma.extend(read(&self.declared.sigma_angle, split..n, true)?);
+        let mut tolerance = read(&tolerance, 0..split, true)?;
+        tolerance.extend(read(&self.declared.tolerance_angle, split..n, true)?);
+        let tolerance = tolerance.into_iter().enumerate();
+        let setting = Setting {
+            role,
+            min: min?.into_iter().map(|v| v.unwrap_or(f64::NEG_INFINITY)).collect(),
+            max: max?.into_iter().map(|v| v.unwrap_or(f64::INFINITY)).collect(),
+            sigma,
+            tolerance: tolerance
+                .map(|(i, v)| v.unwrap_or_else(|| self.quantities.tolerance(self.dimensions[i], nominal[i])))
+                .collect(),
+            nominal,
+        };
+        self.quantities.check_bounds(&setting, span, diagnostics).then_some(setting)
+    }
+
+    fn components(
+        &self,
+        part: &Components,
+        range: std::ops::Range<usize>,
+        positive: bool,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Vec<Option<f64>>> {
+        let mut values = Vec::with_capacity(range.len());
+        for (k, i) in range.enumerate() {
+            let quantity = match part {
+                Components::One(one) => one,
+                Components::Each(all) => all.get(k)?,
+            };
+            let bare = self.unit.filter(|unit| unit.dimension == self.dimensions[i]);
+            let value = if positive {
+                self.quantities.positive(quantity, self.dimensions[i], bare, diagnostics)
+            } else {
+                self.quantities.constant(quantity, self.dimensions[i], bare, diagnostics)
+            };
+            values.push(Some(value?));
+        }
+        Some(values)
+    }
+}

@@ -1,0 +1,510 @@
+//! The names that the expressions of one measurement see, and their translation into the graph.
+//!
+//! An expression whose mistake has been reported has no value (`None`), and what uses it is silently without value too,
+//! so that one mistake is one message.
+
+use std::collections::HashMap;
+
+use super::core::{self, Mismatch, MismatchKind};
+use super::declarations::{Declarations, Symbol};
+use super::operator;
+use super::program::{Shape, Slot};
+use super::snippet::Snippet;
+use super::value::Value;
+use crate::diag::{Code, Diagnostic, Diagnostics, nearest};
+use crate::graph::Graph;
+use crate::lang::{Expr, ExprKind, Ident};
+use crate::unit::Dimension;
+
+/// Graphs beyond this many nodes are refused.
+const MOST_NODES: usize = 4_000_000;
+/// Function calls and operands nested beyond this depth are refused.
+const DEEPEST: usize = 600;
+
+/// What a name of the measurement stands for.
+#[derive(Clone, Debug)]
+pub(crate) enum Binding {
+    Value(Value),
+    /// the key column with this number
+    Key(usize),
+    /// its mistake has been reported
+    Broken,
+}
+
+/// Names of one place: the arguments of a function, or nothing.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Locals {
+    names: HashMap<String, Value>,
+    /// the body of a function sees its arguments and what the model declares, not the measurement
+    function: bool,
+}
+
+/// One measurement's graph and names.
+pub(crate) struct Scope<'d> {
+    pub(crate) declarations: &'d Declarations,
+    pub(crate) graph: Graph,
+    pub(crate) slots: Vec<Slot>,
+    pub(crate) leaves: usize,
+    pub(crate) diagnostics: Diagnostics,
+    names: HashMap<String, Binding>,
+    order: Vec<String>,
+    slot_values: HashMap<(usize, Vec<usize>), Value>,
+    symbols: HashMap<String, Option<Value>>,
+    calls: HashMap<(String, Vec<Value>), Option<Value>>,
+    /// functions and ties being expanded, to find circles
+    expanding: Vec<String>,
+    depth: usize,
+}
+
+impl<'d> Scope<'d> {
+    pub(crate) fn new(declarations: &'d Declarations) -> Self {
+        Scope {
+            declarations,
+            graph: Graph::new(),
+            slots: Vec::new(),
+            leaves: 0,
+            diagnostics: Diagnostics::new(),
+            names: HashMap::new(),
+            order: Vec::new(),
+            slot_values: HashMap::new(),
+            symbols: HashMap::new(),
+            calls: HashMap::new(),
+            expanding: Vec::new(),
+            depth: 0,
+        }
+    }
+
+    /// Binds a name; the caller has checked that it is not taken.
+    pub(crate) fn bind(&mut self, name: &str, binding: Binding) {
+        if self.names.insert(name.to_owned(), binding).is_none() {
+            self.order.push(name.to_owned());
+        }
+    }
+
+    /// Whether the measurement already has this name.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.names.contains_key(name)
+    }
+
+    /// The value of a text of the model; mistakes are reported, and then there is none.
+    pub(crate) fn value(&mut self, snippet: &Snippet) -> Option<Value> {
+        match snippet.parse() {
+            Ok(expr) => self.expression(&expr, snippet, &Locals::default()),
+            Err(diagnostic) => {
+                self.diagnostics.push(*diagnostic);
+                None
+            }
+        }
+    }
+
+    fn expression(&mut self, expr: &Expr, at: &Snippet, locals: &Locals) -> Option<Value> {
+        if self.depth >= DEEPEST || self.graph.len() > MOST_NODES {
+            let message = "the expression leads to more operations than this program handles";
+            self.report(Code::TooLarge, expr, at, message, Some("name common parts in `define`".into()));
+            return None;
+        }
+        self.depth += 1;
+        let value = self.expression_inside(expr, at, locals);
+        self.depth -= 1;
+        value
+    }
+
+    fn expression_inside(&mut self, expr: &Expr, at: &Snippet, locals: &Locals) -> Option<Value> {
+        match &expr.kind {
+            ExprKind::Number { value, unit: None } => {
+                Some(Value::Scalar(self.graph.constant(*value), Dimension::NUMBER))
+            }
+            ExprKind::Number { value, unit: Some((_, unit)) } => {
+                let internal = self.declarations.units.to_internal(*value, *unit);
+                Some(Value::Scalar(self.graph.constant(internal), unit.dimension))
+            }
+            ExprKind::Name(name) => self.name(name, expr, at, locals),
+            ExprKind::Field(base, field) => self.field(base, field, expr, at, locals),
+            ExprKind::Index { family, keys } => self.index(family, keys, expr, at, locals),
+            ExprKind::Call { function, arguments, .. } => {
+                let values: Vec<_> = arguments.iter().map(|argument| self.expression(argument, at, locals)).collect();
+                let values = values.into_iter().collect::<Option<Vec<_>>>();
+                self.call(function, values, arguments.len(), expr, at)
+            }
+            ExprKind::Negate(operand) => {
+                let value = self.expression(operand, at, locals)?;
+                let negative = operator::negate(&mut self.graph, value);
+                self.checked(negative, expr, at)
+            }
+            ExprKind::Binary { op, left, right } => {
+                let (left, right) = (self.expression(left, at, locals), self.expression(right, at, locals));
+                let result = operator::binary(&mut self.graph, &self.declarations.units, *op, left?, right?);
+                self.checked(result, expr, at)
+            }
+        }
+    }
+
+    fn name(&mut self, name: &str, expr: &Expr, at: &Snippet, locals: &Locals) -> Option<Value> {
+        if let Some(&value) = locals.names.get(name) {
+            return Some(value);
+        }
+        if !locals.function {
+            match self.names.get(name) {
+                Some(Binding::Value(value)) => return Some(*value),
+                Some(Binding::Broken) => return None,
+                Some(Binding::Key(_)) => {
+                    let message = format!("`{name}` is a column of names, not of numbers");
+                    let hint = format!("names choose a member of a family: `family[{name}]`");
+                    self.report(Code::WrongShape, expr, at, &message, Some(hint));
+                    return None;
+                }
+                None => {}
+            }
+        }
+        if name == "pi" {
+            return Some(Value::Scalar(self.graph.constant(std::f64::consts::PI), Dimension::ANGLE));
+        }
+        if let Some(known) = self.symbol(name) {
+            return known;
+        }
+        let is_function = self.declarations.functions.contains_key(name) || core::arity(name).is_some();
+        let hint = if is_function || self.declarations.chain(name).is_some() {
+            Some(format!("`{name}` is called with its arguments: `{name}(…)`"))
+        } else {
+            self.suggest(name, locals)
+        };
+        self.report(Code::UnknownName, expr, at, &format!("there is no `{name}` here"), hint);
+        None
+    }
+
+    fn field(&mut self, base: &Expr, field: &str, expr: &Expr, at: &Snippet, locals: &Locals) -> Option<Value> {
+        if let ExprKind::Name(name) = &base.kind {
+            let shadowed = locals.names.contains_key(name) || (!locals.function && self.names.contains_key(name));
+            let dotted = format!("{name}.{field}");
+            if !shadowed {
+                if let Some(known) = self.symbol(&dotted) {
+                    return known;
+                }
+                if self.declarations.symbol(name).is_none() {
+                    let hint = self.suggest(&dotted, locals);
+                    self.report(Code::UnknownName, expr, at, &format!("there is no `{dotted}` here"), hint);
+                    return None;
+                }
+            }
+        }
+        let value = self.expression(base, at, locals)?;
+        let found = operator::field(&mut self.graph, value, field);
+        if found.is_none() {
+            let fields = operator::fields(&value);
+            let message = format!("{} has no `.{field}`", value.shape());
+            let hint = (!fields.is_empty()).then(|| {
+                let all: Vec<_> = fields.iter().map(|field| format!("`.{field}`")).collect();
+                format!("it has {}", all.join(", "))
+            });
+            self.report(Code::WrongShape, expr, at, &message, hint);
+        }
+        found
+    }
+
+    fn index(&mut self, family: &str, keys: &[Ident], expr: &Expr, at: &Snippet, locals: &Locals) -> Option<Value> {
+        let Some(&Symbol::Parameter(parameter)) = self.declarations.symbol(family) else {
+            let hint = self.suggest(family, locals);
+            self.report(Code::UnknownName, expr, at, &format!("there is no family `{family}`"), hint);
+            return None;
+        };
+        if !self.declarations.parameters[parameter].family {
+            let message = format!("`{family}` is one parameter, not a family");
+            self.report(Code::WrongShape, expr, at, &message, Some("say `family: true` where it is declared".into()));
+            return None;
+        }
+        let mut found = Vec::with_capacity(keys.len());
+        for key in keys {
+            match self.names.get(&key.name) {
+                Some(Binding::Key(column)) if !locals.function => found.push(*column),
+                _ => {
+                    let message = format!("`{}` is not a column of names", key.name);
+                    let hint = "columns of names are listed in the measurement's `keys`";
+                    self.report(Code::UnknownName, expr, at, &message, Some(hint.into()));
+                    return None;
+                }
+            }
+        }
+        Some(self.parameter(parameter, found))
+    }
+
+    /// Expands a tie or definition for its mistakes alone.
+    pub(crate) fn touch(&mut self, name: &str) {
+        let _ = self.symbol(name);
+    }
+
+    /// The value of a parameter, constant or tie by its full name; `None` where there is no such symbol.
+    fn symbol(&mut self, name: &str) -> Option<Option<Value>> {
+        if let Some(known) = self.symbols.get(name) {
+            return Some(*known);
+        }
+        let symbol = self.declarations.symbol(name)?;
+        let value = match symbol {
+            Symbol::Parameter(parameter) => {
+                let declared = &self.declarations.parameters[*parameter];
+                if declared.family {
+                    // a family without its key: a mistake of every expression that names it so
+                    return None;
+                }
+                Some(self.parameter(*parameter, Vec::new()))
+            }
+            Symbol::Constant(value, dimension) => Some(Value::Scalar(self.graph.constant(*value), *dimension)),
+            Symbol::Broken => None,
+            Symbol::Tie(snippet, wanted) | Symbol::Definition(snippet, wanted) => {
+                if self.expanding.iter().any(|outer| outer == name) {
+                    let message = format!("`{name}` depends on itself");
+                    self.diagnostics.push(snippet.whole(Code::Circular, message));
+                    None
+                } else {
+                    self.expanding.push(name.to_owned());
+                    let value = self.tie(snippet, *wanted);
+                    self.expanding.pop();
+                    value
+                }
+            }
+        };
+        self.symbols.insert(name.to_owned(), value);
+        Some(value)
+    }
+
+    /// An expression of parameters, and the dimension it should have if one is wanted.
+    fn tie(&mut self, snippet: &Snippet, wanted: Option<Dimension>) -> Option<Value> {
+        let expr = match snippet.parse() {
+            Ok(expr) => expr,
+            Err(diagnostic) => {
+                self.diagnostics.push(*diagnostic);
+                return None;
+            }
+        };
+        let locals = Locals { names: HashMap::new(), function: true };
+        let value = self.expression(&expr, snippet, &locals)?;
+        let Some(wanted) = wanted else { return Some(value) };
+        match value {
+            Value::Scalar(s, d) if d.compatible(wanted) || self.graph.value(s) == Some(0.0) => {
+                Some(Value::Scalar(s, wanted))
+            }
+            Value::Scalar(_, d) => {
+                self.diagnostics
+                    .push(snippet.whole(Code::WrongDimension, format!("a {wanted} is wanted, and this is a {d}")));
+                None
+            }
+            other => {
+                self.diagnostics.push(
+                    snippet.whole(Code::WrongShape, format!("a scalar is wanted, and this is {}", other.shape())),
+                );
+                None
+            }
+        }
+    }
+
+    /// The nodes of a parameter, made once.
+    fn parameter(&mut self, parameter: usize, keys: Vec<usize>) -> Value {
+        let key = (parameter, keys);
+        if let Some(&known) = self.slot_values.get(&key) {
+            return known;
+        }
+        let declared = &self.declarations.parameters[parameter];
+        let first = self.leaves;
+        let leaf = |graph: &mut Graph, i: usize| graph.parameter((first + i) as u32);
+        let triple = |graph: &mut Graph, from: usize| {
+            let [x, y, z] = [0, 1, 2].map(|i| leaf(graph, from + i));
+            graph.vector(x, y, z)
+        };
+        let g = &mut self.graph;
+        let dimension = declared.dimensions[0];
+        let rotation = |g: &mut Graph, from: usize| {
+            let (value, perturbation) = (triple(g, from), triple(g, from + 3));
+            let (value, perturbation) = (g.exp_rotation(value), g.exp_rotation(perturbation));
+            g.compose_rotation(value, perturbation)
+        };
+        let value = match declared.shape {
+            Shape::Scalar => Value::Scalar(leaf(g, 0), dimension),
+            Shape::Vec3 => Value::Vector(triple(g, 0), dimension),
+            Shape::Rotation => Value::Rotation(rotation(g, 0)),
+            Shape::Pose => {
+                let (origin, r) = (triple(g, 0), rotation(g, 3));
+                Value::Frame(g.frame(r, origin), dimension)
+            }
+        };
+        self.leaves += declared.shape.leaves();
+        self.slots.push(Slot { parameter, keys: key.1.clone(), first_leaf: first });
+        self.slot_values.insert(key, value);
+        value
+    }
+
+    fn call(
+        &mut self,
+        name: &str,
+        values: Option<Vec<Value>>,
+        given: usize,
+        expr: &Expr,
+        at: &Snippet,
+    ) -> Option<Value> {
+        if let Some(chain) = self.declarations.chain(name) {
+            return self.call_chain(name, chain, values, given, expr, at);
+        }
+        if let Some(function) = self.declarations.functions.get(name) {
+            let wanted = function.parameters.len();
+            if given != wanted {
+                return self.checked(Err(core::wrong_arity(name, wanted, given)), expr, at);
+            }
+            let values = values?;
+            let key = (name.to_owned(), values.clone());
+            if let Some(&known) = self.calls.get(&key) {
+                return known;
+            }
+            if self.expanding.iter().any(|outer| outer == name) {
+                let message = format!("the function `{name}` calls itself");
+                let hint = Some("functions may call others, not themselves".into());
+                self.report(Code::Circular, expr, at, &message, hint);
+                return None;
+            }
+            let names = function.parameters.iter().cloned().zip(values).collect();
+            let locals = Locals { names, function: true };
+            let body = function.body.as_ref()?;
+            self.expanding.push(name.to_owned());
+            let before = self.diagnostics.len();
+            let value = self.expression(body, &function.at, &locals);
+            self.expanding.pop();
+            if value.is_none() && self.diagnostics.len() > before {
+                self.blame_call(before, expr, at, name);
+            }
+            self.calls.insert(key, value);
+            return value;
+        }
+        match core::arity(name) {
+            Some(wanted) if wanted != given => self.checked(Err(core::wrong_arity(name, wanted, given)), expr, at),
+            Some(_) => {
+                let result = core::call(&mut self.graph, name, &values?)?;
+                self.checked(result, expr, at)
+            }
+            None => {
+                let hint = self.declarations.suggest_callable(name);
+                self.report(Code::UnknownName, expr, at, &format!("there is no function or chain `{name}`"), hint);
+                None
+            }
+        }
+    }
+
+    /// A mistake inside a function's body is reported there, with the call that led to it.
+    fn blame_call(&mut self, before: usize, expr: &Expr, at: &Snippet, name: &str) {
+        for diagnostic in &mut self.diagnostics.0[before..] {
+            if diagnostic.labels.is_empty() {
+                let labelled =
+                    diagnostic.clone().label(&at.source, at.span(&expr.span), format!("`{name}` is called here"));
+                *diagnostic = labelled;
+            }
+        }
+    }
+
+    fn call_chain(
+        &mut self,
+        name: &str,
+        chain: usize,
+        values: Option<Vec<Value>>,
+        given: usize,
+        expr: &Expr,
+        at: &Snippet,
+    ) -> Option<Value> {
+        let declared = &self.declarations.chains[chain];
+        let wanted: Vec<_> = declared.readings().collect();
+        if given != wanted.len() {
+            let joints: Vec<_> = wanted.iter().map(|(joint, _)| joint.name.as_str()).collect();
+            let mismatch = core::wrong_arity(name, wanted.len(), given);
+            let hint = if joints.is_empty() {
+                "none of its joints moves".to_owned()
+            } else {
+                format!("one for each moving joint: {}", joints.join(", "))
+            };
+            return self.checked(Err(mismatch.hint(hint)), expr, at);
+        }
+        let mut readings = Vec::with_capacity(wanted.len());
+        for ((joint, dimension), value) in wanted.iter().zip(values?) {
+            match value {
+                Value::Scalar(s, d) if d.compatible(*dimension) || self.graph.value(s) == Some(0.0) => readings.push(s),
+                Value::Scalar(_, d) => {
+                    let message = format!("the joint `{}` reads a {dimension}, and this is a {d}", joint.name);
+                    return self.checked(Err(Mismatch::dimension(message)), expr, at);
+                }
+                other => {
+                    let message = format!("the joint `{}` reads a scalar, and this is {}", joint.name, other.shape());
+                    return self.checked(Err(Mismatch::shape(message)), expr, at);
+                }
+            }
+        }
+        let mut readings = readings.into_iter();
+        let mut frame = self.graph.no_motion();
+        for joint in &declared.joints {
+            let reading = joint.reading.and_then(|_| readings.next());
+            let next = joint.frame(self, reading)?;
+            frame = self.graph.compose_frame(frame, next);
+        }
+        Some(Value::Frame(frame, Dimension::LENGTH))
+    }
+
+    /// A joint's symbol as a scalar.
+    pub(crate) fn joint_scalar(&mut self, name: &str) -> Option<crate::graph::Scalar> {
+        match self.symbol(name)?? {
+            Value::Scalar(s, _) => Some(s),
+            _ => None,
+        }
+    }
+
+    /// A declared rotation or pose as a frame.
+    pub(crate) fn joint_pose(&mut self, snippet: &Snippet, name: &str) -> Option<crate::graph::Frame> {
+        match self.symbol(name) {
+            Some(value) => match value? {
+                Value::Frame(frame, _) => Some(frame),
+                Value::Rotation(r) => {
+                    let zero = self.graph.constant_vector([0.0; 3]);
+                    Some(self.graph.frame(r, zero))
+                }
+                other => {
+                    let message = format!("`{name}` is {}, and a pose or rotation is wanted", other.shape());
+                    self.diagnostics.push(snippet.whole(Code::WrongShape, message));
+                    None
+                }
+            },
+            None => {
+                let hint = self.suggest(name, &Locals::default());
+                let found = snippet.whole(Code::UnknownName, format!("there is no parameter `{name}`"));
+                self.diagnostics.push(found.maybe_hint(hint));
+                None
+            }
+        }
+    }
+
+    fn checked(&mut self, result: Result<Value, Mismatch>, expr: &Expr, at: &Snippet) -> Option<Value> {
+        match result {
+            Ok(value) => Some(value),
+            Err(mismatch) => {
+                let code = match mismatch.kind {
+                    MismatchKind::Arity => Code::WrongArity,
+                    MismatchKind::Shape => Code::WrongShape,
+                    MismatchKind::Dimension => Code::WrongDimension,
+                };
+                self.report(code, expr, at, &mismatch.message, mismatch.hint);
+                None
+            }
+        }
+    }
+
+    fn report(&mut self, code: Code, expr: &Expr, at: &Snippet, message: &str, hint: Option<String>) {
+        let diagnostic = Diagnostic::error(code, message).at(&at.source, at.span(&expr.span)).maybe_hint(hint);
+        self.diagnostics.push(diagnostic);
+    }
+
+    fn suggest(&self, name: &str, locals: &Locals) -> Option<String> {
+        let mut candidates: Vec<&str> = locals.names.keys().map(String::as_str).collect();
+        candidates.sort_unstable();
+        if !locals.function {
+            candidates.extend(self.order.iter().map(String::as_str));
+        }
+        candidates.extend(self.declarations.symbol_names());
+        nearest(name, candidates).map(|near| format!("did you mean `{near}`?"))
+    }
+
+    /// The scalars of a vector node, for the last step of a measurement.
+    pub(crate) fn components(&mut self, value: Value) -> Option<Vec<(&'static str, crate::graph::Scalar, Dimension)>> {
+        value.components(&mut self.graph)
+    }
+}

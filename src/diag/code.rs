@@ -1,0 +1,202 @@
+//! The table of everything that can be reported. Adding a row is all it takes to add a code.
+
+use std::fmt;
+
+/// Whether the run can go on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Severity {
+    /// It cannot.
+    Error,
+    /// It can, and the output says so.
+    Warning,
+}
+
+impl Severity {
+    /// `error` or `warning`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Error => "error",
+            Self::Warning => "warning",
+        }
+    }
+}
+
+macro_rules! codes {
+    ($($variant:ident $id:literal $title:literal $explanation:literal)*) => {
+        /// Which kind of mistake or warning. Codes keep their number for ever.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Code {
+            $(#[doc = concat!($id, ": ", $title, ".\n\n", $explanation)] $variant,)*
+        }
+
+        impl Code {
+            /// Every code, in the order of the table.
+            pub const ALL: &[Self] = &[$(Self::$variant),*];
+
+            const fn row(self) -> (&'static str, &'static str, &'static str) {
+                match self { $(Self::$variant => ($id, $title, $explanation),)* }
+            }
+        }
+    };
+}
+
+impl Code {
+    /// The number people quote: `E012`.
+    #[must_use]
+    pub const fn id(self) -> &'static str {
+        self.row().0
+    }
+
+    /// A few words.
+    #[must_use]
+    pub const fn title(self) -> &'static str {
+        self.row().1
+    }
+
+    /// A paragraph with an example of the mistake and its cure.
+    #[must_use]
+    pub const fn explanation(self) -> &'static str {
+        self.row().2
+    }
+
+    /// The code of a number, in either case: `e012`.
+    #[must_use]
+    pub fn from_id(id: &str) -> Option<Self> {
+        let known = |code: &&Self| code.id().eq_ignore_ascii_case(id.trim());
+        Self::ALL.iter().find(known).copied()
+    }
+}
+
+impl fmt::Display for Code {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.id())
+    }
+}
+
+codes! {
+    Syntax "E001" "the file is not RON"
+        "A bracket, a comma, a colon or a quote is missing or too many. After `a: 1 b: 2` write the comma: `a: 1, b: 2`. Values without a name cannot be followed by named ones: `Free(0, min: -1)` is written `Free(nominal: 0, min: -1)`."
+    UnreadableFile "E002" "a file cannot be read"
+        "There is no such file, it may not be opened, or it is not UTF-8 text. Paths inside a model are relative to the model file. A file saved in another encoding (Latin-1, UTF-16) has to be saved again as UTF-8."
+    UnknownField "E003" "there is no such field"
+        "The name before a colon is not one that may stand here. `Revolute(name: \"L1\", alhpa: 0)` is cured by writing `alpha`; the hint lists the legal names."
+    MissingField "E004" "a required field is missing"
+        "`Model(chains: {})` has no `name`; `Fixed(phi: 0)` neither. Add the field: `Fixed(name: \"L0\", phi: 0)`."
+    WrongKind "E005" "the value is of the wrong kind"
+        "A number stands where text is wanted, a list where a map is wanted, and so on. Lists are `[…]`, maps `{\"key\": value}`, structures `(field: value)`, vectors `(x, y, z)`. `keys: \"hole\"` is cured by `keys: [\"hole\"]`."
+    UnknownVariant "E006" "there is no such joint, parameter kind or wrapper"
+        "The name before a bracket is not known here. Joints are `Revolute`, `Prismatic`, `Fixed`, `Rigid`, `Dh`, `ModifiedDh`; parameters `Scalar`, `Vec3`, `Rotation`, `Pose`; values `Free`, `Held`. `Revolut(…)` is cured by `Revolute(…)`."
+    Duplicate "E007" "a name is given twice"
+        "A map has the same key twice, a structure the same field twice, or two joints of the file have the same name. Only one of them could count, so neither does: remove or rename one."
+    NestedTooDeep "E008" "brackets are nested too deeply"
+        "No model needs more than ten brackets inside one another. The file is damaged, or it is not a model. An expression with hundreds of brackets is cured by naming its parts in `define`."
+    NotFinite "E009" "a number is not finite"
+        "`NaN`, `inf` and numbers beyond 1.8e308, such as `1e400`, are no measures of anything. For a bound that does not exist leave the field out."
+    BadExpression "E010" "an expression cannot be read"
+        "The text is not an expression: a bracket is open, an operator lacks a side, a character means nothing here. `\"2 * (a + b\"` is cured by closing the bracket. Multiplication is written: `2*a`, not `2 a`."
+    UnknownUnit "E011" "there is no such unit"
+        "Known are m mm cm dm km um µm nm in ft, rad mrad urad µrad deg ° gon mgon arcmin arcsec turn, s ms us µs ns min h, kg g, K, ppm ppb % px 1, and products such as mm/s. `\"5 millimetre\"` is cured by `\"5 mm\"`."
+    WrongUnit "E012" "the unit does not fit"
+        "The unit measures something else than the place wants: `alpha: \"5 mm\"` gives a length to an angle. Write a unit of the right kind, such as `\"5 mrad\"`."
+    UnknownName "E013" "there is no such name"
+        "An expression uses a name that is no input, definition, parameter, chain or function visible from here. Definitions see only those before them. A misspelt `triangualte(l, r)` is cured by `triangulate(l, r)`."
+    WrongArity "E014" "the number of arguments is wrong"
+        "A function wants as many arguments as it declares, a chain one for each moving joint: a chain with two revolute joints is called `left(hz, v)`, not `left(hz)`."
+    WrongShape "E015" "the shape does not fit"
+        "A vector, rotation or frame stands where a scalar is wanted, or the other way about. `sqrt(p)` of a vector `p` is cured by `sqrt(dot(p, p))` or `norm(p)`; a frame's point is `F.o`."
+    WrongDimension "E016" "the dimensions do not fit"
+        "Millimetres cannot be added to seconds, nor a length be given to `sin`. A bare number takes no part in a sum with a length: write `x + 5 mm`, not `x + 5`."
+    Circular "E017" "a definition depends on itself"
+        "A definition, a function or a tie leads back to itself: `\"a\": \"b + 1\", \"b\": \"a\"`. Break the circle by giving one of them a value."
+    UnusedParameter "E018" "a free parameter is used by nothing"
+        "No residual depends on it, so no data can determine it. Use it, hold it with `Held(…)`, or remove it."
+    BadBounds "E019" "the bounds contradict each other"
+        "`min` is above `max`, or the nominal value lies outside them: `Free(nominal: 2, min: 0, max: 1)`. Correct the one that is wrong; remember that numbers without a unit are in the model's unit."
+    NotPositive "E020" "a sigma or tolerance is not positive"
+        "A standard deviation or tolerance of zero or less means nothing. For an input without error leave `sigma` out; a parameter that is known exactly is `Held(…)` or a constant."
+    NameTaken "E021" "the name is taken"
+        "A definition, input or function has the name of a core function, a constant, a chain or something else visible in the same place, as in `define: {\"sin\": \"…\"}`. Choose another."
+    UnknownParameter "E022" "there is no such parameter"
+        "`--fix`, `--free`, a start file or a scenario names a parameter that the model has not. Names are `joint.symbol` (`L1.alpha`), `target.x`, `socket[front/0].x`, or `socket[*]`."
+    NotAdjustable "E023" "the parameter cannot be freed or fixed"
+        "It is a constant or a tie. Only `Free(…)` and `Held(…)` can be freed or held: write `alpha: Held(\"pi/2\")` to be able to free it."
+    UnknownMeasurement "E024" "there is no such measurement"
+        "`--data M=FILE`, `--rows M=N` or a scenario names a measurement that the model has not. The hint lists those it has."
+    UnknownScenario "E025" "there is no such scenario"
+        "The model declares no scenario of this name, or none at all. Add one under `scenarios`, which `simulate` and `design` need."
+    NoResiduals "E026" "nothing must vanish"
+        "A model to be calibrated states what must be zero: at least one measurement has `residuals: {\"name\": \"expression\"}`."
+    DataFileMissing "E027" "a data file is missing"
+        "The file named by `data` or `--data` is not there. Paths in the model are relative to the model file, those on the command line to the working directory. A file that may be absent says `optional: true`."
+    ColumnMissing "E028" "a column is missing"
+        "The table lacks a column for an input or key. Rename the column, name the columns by `columns: […]` if the file has no heading, or give the input a `default`."
+    ColumnUnknown "E029" "a column belongs to nothing"
+        "`columns` or `constants` names something that is neither an input nor a key of the measurement. Write `\"_\"` for a column to be skipped."
+    ColumnTwice "E030" "a column stands twice"
+        "Two columns of the table have the same name, or a column is also given as a constant of the file, so it is not clear which counts. Rename or skip one."
+    EmptyCell "E031" "a cell is empty"
+        "Every input needs a value in every row. Fill the cell in or remove the row; to use a default for the whole file, remove the column."
+    NotANumber "E032" "a cell is not a number"
+        "Numbers are written `-12.5` or `1e-3`, with a point, without unit and without thousands separators. `12,5` in a comma-separated file becomes two cells."
+    DataNotFinite "E033" "a cell is not finite"
+        "`NaN`, `inf` or a number beyond 1.8e308 stands in the data. Remove the row: a missing reading is not a reading."
+    FieldCount "E034" "a row has the wrong number of fields"
+        "Every row has as many fields as the heading or `columns` names. A comma used as decimal point and a missing quote are the usual causes."
+    NoRows "E035" "the table has no rows"
+        "The file has no heading or nothing below it. Without rows a measurement determines nothing; leave the measurement out instead."
+    BadAngle "E036" "an angle in degrees, minutes and seconds cannot be read"
+        "Angles of a column with unit `d-m-s` are `12-34-56.7`, `12 34 56.7` or `12°34'56.7\"`, with minutes and seconds below 60; a minus stands before the degrees. For decimal degrees declare `unit: \"deg\"`."
+    UndefinedAtStart "E037" "a residual is undefined at the start"
+        "At the starting values an expression has no value or no derivative: the root or logarithm of something not positive, a division by zero, the norm of a zero vector, parallel lines of sight. Start elsewhere, or correct the row of data named."
+    TooLarge "E038" "the model is too large"
+        "The model leads to more operations, unknowns or rows than this program handles. Name common parts in `define`, which are computed once, or split the measurement."
+    InputWithoutValue "E039" "a scenario leaves an input without a value"
+        "Every input of a simulated measurement is drawn (`draw`), set by a formula (`set`) or solved for (`solve`). Add it to one of them, or give the input a `default`."
+    CannotSolve "E040" "the inputs cannot be solved for"
+        "No values of the unknown inputs make `zero` vanish: the target is out of reach, the starting values are too far away, or there are more equations than unknowns. Draw from a smaller volume or start nearer."
+    BadFitFile "E041" "the fit file does not fit"
+        "The file is not a fit or a JSON object of name and value, or it belongs to another model. Write it again with `calibrate --out` from this model."
+    NotAvailable "E042" "not available"
+        "The option exists but this version cannot do it yet, or not for this model. The message says which other way there is."
+    CannotWrite "E043" "the output cannot be written"
+        "The directory does not exist, the file may not be written, or the disk is full. Nothing was lost but the output itself."
+    SigmaMissing "E044" "a sigma is missing"
+        "`--weights sigma` divides each residual by its standard deviation, so each needs one: `\"vo\": (value: \"p1 - p2\", sigma: \"0.1 mm\")`. Without them use `--weights unit`."
+    StartProjected "W001" "the start was moved into the bounds"
+        "A starting value lay outside `min` and `max` and was moved to the nearest of them. Correct the start file or the bounds."
+    UnitWeights "W002" "weights are unit although inputs carry sigmas"
+        "All residuals count alike and what is declared about the sensors is not used; uncertainties are judged by the residuals themselves. Ask for weights explicitly to be rid of the warning."
+    OptionalAbsent "W003" "an optional data file is absent"
+        "The file says `optional: true` and is not there; the rest is used."
+    ConstantResidual "W004" "a residual does not depend on any free parameter"
+        "It adds to the cost but determines nothing. It may be a check, or a name in it is not the one meant; outputs are the place for what is only to be printed."
+    Underdetermined "W005" "there are more unknowns than equations"
+        "The data cannot determine all free parameters, whatever their quality. Measure more rows, hold parameters, or give priors by `sigma`."
+    NotEstimable "W006" "a parameter is not estimable"
+        "A combination of parameters changes no residual, so no sigma is given for those in it. Hold one of them as a datum or measure what sees it; `identify` names both."
+    PracticallyWeak "W007" "the data see a combination only weakly"
+        "The data determine a combination of parameters worse than the declared tolerance. `design` says what to measure next."
+    DatasetAbsent "W008" "a measurement has no data"
+        "Neither the model nor `--data` names a file for it that is there; the other measurements are used."
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_row_is_complete_and_unique() {
+        let ids: BTreeSet<_> = Code::ALL.iter().map(|code| code.id()).collect();
+        assert_eq!(ids.len(), Code::ALL.len());
+        for &code in Code::ALL {
+            assert!(code.id().len() == 4 && code.id().starts_with(['E', 'W']));
+            assert!(!code.title().is_empty() && !code.title().ends_with('.'));
+            assert!(code.explanation().len() > 60 && code.explanation().ends_with('.'));
+            assert_eq!(Code::from_id(&code.id().to_lowercase()), Some(code));
+        }
+        assert_eq!(Code::from_id("E999"), None);
+        assert_eq!(Code::UnknownVariant.to_string(), "E006");
+    }
+}

@@ -1,0 +1,214 @@
+//! A text into a model, or everything that is wrong with it.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use ron::error::{Error as RonError, SpannedError};
+
+use super::Model;
+use super::read::{Fields, Reader};
+use super::tree::{self, Body, Kind, Node, skip_block_comment};
+use crate::diag::{Code, Diagnostic, Diagnostics, Position, Source, Span};
+
+/// How many brackets may be open at once. Models need about ten; the parser stops at about sixty.
+const DEEPEST: usize = 40;
+
+/// Reads a model file.
+///
+/// # Errors
+///
+/// Everything that is wrong with the structure of the file, at once. A text that is not RON stops at the first mistake.
+/// What expressions and quantities say is not looked at here.
+pub fn load(source: &Arc<Source>) -> Result<(Model, Diagnostics), Diagnostics> {
+    let brackets = Brackets::of(source.text());
+    if let Some(span) = brackets.too_deep {
+        let message = format!("more than {DEEPEST} brackets are open here");
+        return Err(Diagnostic::error(Code::NestedTooDeep, message).at(source, span).into());
+    }
+    let shift = if source.text().starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
+    // A raw value may not end in a comment: make sure of a line break.
+    let text = format!("{}\n", &source.text()[shift..]);
+    let root = tree::parse(&text, shift)
+        .map_err(|error| Diagnostics::from(syntax(source, &text, shift, &error, &brackets)))?;
+
+    let mut reader = Reader::new(source);
+    let model = read_root(&root, &mut reader);
+    if let Some(model) = &model {
+        unique_joints(model, &mut reader);
+    }
+    match model {
+        Some(model) if !reader.found.has_errors() => Ok((model, reader.found)),
+        _ => Err(reader.found.sorted()),
+    }
+}
+
+/// The root is `Model(…)` or `(…)`.
+fn read_root(root: &Node, reader: &mut Reader) -> Option<Model> {
+    let Kind::Group(word, body) = &root.kind else {
+        return reader.wrong(root, "a model as `Model(name: …)`", None);
+    };
+    if let Some(word) = word
+        && word.name != "Model"
+    {
+        reader.unknown_word::<()>(word, "kind of file", &["Model"]);
+    }
+    if *body == Body::Bare {
+        return reader.wrong(root, "a model as `Model(name: …)`", None);
+    }
+    let fields = Fields::between(body, root, Model::WHAT, reader)?;
+    Model::from_fields(fields, reader)
+}
+
+/// Parameters are named after joints, so a joint's name counts once in the file.
+fn unique_joints(model: &Model, reader: &mut Reader) {
+    let mut first = BTreeMap::new();
+    for joint in model.chains.values().flatten() {
+        let name = joint.name();
+        let known = *first.entry(name.as_str()).or_insert(name.span);
+        if known != name.span {
+            reader.twice("the joint", name.as_str(), known, name.span);
+        }
+    }
+}
+
+/// What the parser says, at its place in the file.
+fn syntax(source: &Arc<Source>, text: &str, shift: usize, error: &SpannedError, brackets: &Brackets) -> Diagnostic {
+    let parsed = Source::new("", text);
+    let byte = |at: ron::error::Position| {
+        let position = Position { line: at.line, column: at.col };
+        parsed.offset(position) + shift
+    };
+    let end = byte(error.span.end).min(source.text().len());
+    let start = byte(error.span.start).min(end);
+    let span = Span::new(start, end.max(start + 1));
+    if error.code == RonError::ExceededRecursionLimit {
+        let message = "brackets are nested too deeply here";
+        return Diagnostic::error(Code::NestedTooDeep, message).at(source, span);
+    }
+    let mut found = Diagnostic::error(Code::Syntax, say(&error.code)).at(source, span);
+    if let Some((open, close)) = brackets.mismatch {
+        found = found.label(source, open, "this bracket").label(source, close, "is closed by this one");
+    } else if let Some(open) = brackets.unclosed {
+        found = found.label(source, open, "this bracket is not closed");
+    }
+    if source.text()[span.start..].starts_with(':') {
+        found = found.hint(
+            "a value without a name cannot be followed by named ones: write `Free(nominal: …, min: …)`, `Scalar(value: …, sigma: …)`",
+        );
+    }
+    found
+}
+
+/// The parser's words as the rest of the program speaks.
+fn say(error: &RonError) -> String {
+    match error {
+        RonError::Eof => "the text ends too early".into(),
+        RonError::ExpectedStructLikeEnd | RonError::ExpectedOptionEnd => "expected a comma or the closing `)`".into(),
+        RonError::ExpectedArrayEnd => "expected a comma or the closing `]`".into(),
+        RonError::ExpectedMapEnd => "expected a comma or the closing `}`".into(),
+        RonError::ExpectedMapColon => "expected a colon".into(),
+        RonError::ExpectedComma => "expected a comma".into(),
+        RonError::ExpectedStringEnd => "the text in quotes does not end".into(),
+        RonError::TrailingCharacters => "there is more text after the end of the model".into(),
+        RonError::UnexpectedChar(c) => format!("`{}` does not belong here", c.escape_debug()),
+        RonError::UnclosedBlockComment => "a comment is not closed".into(),
+        other => {
+            let words = other.to_string();
+            let mut chars = words.chars();
+            let first = chars.next().map(|c| c.to_lowercase().to_string());
+            first.unwrap_or_default() + chars.as_str()
+        }
+    }
+}
+
+/// What can be said about the brackets of a text before it is parsed.
+#[derive(Debug, Default)]
+struct Brackets {
+    too_deep: Option<Span>,
+    /// An opening bracket and the wrong closing one.
+    mismatch: Option<(Span, Span)>,
+    /// The innermost that is open at the end.
+    unclosed: Option<Span>,
+}
+
+impl Brackets {
+    /// Looks over the text; brackets in quotes and comments do not count.
+    fn of(text: &str) -> Self {
+        let mut found = Self::default();
+        let mut open: Vec<(char, usize)> = Vec::new();
+        let mut rest = text;
+        while let Some(c) = rest.chars().next() {
+            let at = text.len() - rest.len();
+            let here = Span::new(at, at + c.len_utf8());
+            rest = match c {
+                '"' => skip_quoted(rest),
+                'r' if raw_hashes(rest).is_some() => skip_raw(rest),
+                '\'' => skip_character(rest),
+                '/' if rest.starts_with("//") => rest.find('\n').map_or("", |end| &rest[end..]),
+                '/' if rest.starts_with("/*") => skip_block_comment(rest),
+                _ => &rest[c.len_utf8()..],
+            };
+            match c {
+                '(' | '[' | '{' => {
+                    open.push((c, at));
+                    if open.len() > DEEPEST && found.too_deep.is_none() {
+                        found.too_deep = Some(here);
+                        return found;
+                    }
+                }
+                ')' | ']' | '}' => {
+                    if let Some((opening, start)) = open.pop()
+                        && !matches!((opening, c), ('(', ')') | ('[', ']') | ('{', '}'))
+                    {
+                        found.mismatch = Some((Span::new(start, start + 1), here));
+                        return found;
+                    }
+                }
+                _ => {}
+            }
+        }
+        found.unclosed = open.last().map(|&(_, at)| Span::new(at, at + 1));
+        found
+    }
+}
+
+/// The text after the quoted one it starts with.
+fn skip_quoted(text: &str) -> &str {
+    let mut escaped = false;
+    for (at, c) in text.char_indices().skip(1) {
+        match c {
+            '"' if !escaped => return &text[at + 1..],
+            _ => escaped = c == '\\' && !escaped,
+        }
+    }
+    ""
+}
+
+/// How many `#` a raw text starts with, if it is one.
+fn raw_hashes(text: &str) -> Option<usize> {
+    let after = text.strip_prefix('r')?;
+    let quote = after.trim_start_matches('#');
+    quote.starts_with('"').then(|| after.len() - quote.len())
+}
+
+/// The text after the raw one it starts with.
+fn skip_raw(text: &str) -> &str {
+    let hashes = raw_hashes(text).unwrap_or(0);
+    let end = format!("\"{}", "#".repeat(hashes));
+    let inside = &text[hashes + 2..];
+    inside.find(&end).map_or("", |at| &inside[at + end.len()..])
+}
+
+/// The text after the character literal it starts with, or after the quote where it is none.
+fn skip_character(text: &str) -> &str {
+    let after = &text[1..];
+    let mut chars = after.chars();
+    match chars.next() {
+        Some('\\') => {
+            let literal = after[1..].char_indices().skip(1).find(|&(_, c)| c == '\'');
+            literal.map_or(after, |(at, _)| &after[at + 2..])
+        }
+        Some(_) => chars.as_str().strip_prefix('\'').unwrap_or(after),
+        None => after,
+    }
+}

@@ -1,0 +1,192 @@
+//! The units of a model, and conversions to and from them.
+
+use super::table::{Scale, find};
+use super::{Base, Dimension, Entry, Unit, UnknownUnit};
+
+/// The model's own unit for every base dimension: what a number without a unit means.
+///
+/// Inside, phical computes in these units, but always in radians: see [`Units::internal_factor`].
+///
+/// ```
+/// use phical::unit::{Base, Dimension, Unit, Units};
+///
+/// let units = Units::default().with(Base::Angle, "deg")?;
+/// let right = units.to_internal(100.0, Unit::parse("gon").unwrap());
+/// assert_eq!(right, std::f64::consts::FRAC_PI_2);
+/// assert_eq!(units.to_reported(right, Dimension::ANGLE), 90.0);
+/// # Ok::<(), phical::unit::UnitsError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Units {
+    entries: [&'static Entry; 5],
+}
+
+/// A unit that a model cannot have as its own.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum UnitsError {
+    /// The symbol is in no row of the table; products are none either.
+    #[error(transparent)]
+    Unknown(#[from] UnknownUnit),
+    /// It is a unit of something else.
+    #[error("`{symbol}` is a unit of {found}, not of {}", .wanted.name())]
+    Dimension {
+        /// The unit as written.
+        symbol: String,
+        /// What it measures.
+        found: Dimension,
+        /// What it should measure.
+        wanted: Base,
+    },
+}
+
+/// Millimetre, radian, second, kilogram, kelvin.
+impl Default for Units {
+    fn default() -> Units {
+        let row = |symbol| find(symbol).unwrap_or(&super::TABLE[0]);
+        Units { entries: ["mm", "rad", "s", "kg", "K"].map(row) }
+    }
+}
+
+impl Units {
+    /// The same with another unit for `base`.
+    pub fn with(mut self, base: Base, symbol: &str) -> Result<Units, UnitsError> {
+        let Some(entry) = find(symbol.trim()) else {
+            let found = Unit::parse(symbol)?.dimension;
+            return Err(UnitsError::Dimension { symbol: symbol.to_owned(), found, wanted: base });
+        };
+        if entry.dimension != Dimension::of(base) {
+            let symbol = symbol.to_owned();
+            return Err(UnitsError::Dimension { symbol, found: entry.dimension, wanted: base });
+        }
+        self.entries[base as usize] = entry;
+        Ok(self)
+    }
+
+    /// The model's unit of `dimension` in SI.
+    pub fn factor(&self, dimension: Dimension) -> f64 {
+        let times = |scale: Scale, base: Base| scale.times(self.entries[base as usize], dimension.halves(base));
+        Base::ALL.into_iter().fold(Scale::ONE, times).value()
+    }
+
+    /// The unit of `dimension` that phical computes in, in SI: the model's, but the radian for angles.
+    pub fn internal_factor(&self, dimension: Dimension) -> f64 {
+        self.factor(dimension.without_angle())
+    }
+
+    /// The symbol of the model's unit of `dimension`: `mm`, `rad`, `mm/s`, `1`.
+    pub fn symbol(&self, dimension: Dimension) -> String {
+        dimension.write(self.entries.map(|entry| entry.symbol), "1")
+    }
+
+    /// The model's unit of `dimension`.
+    pub fn unit(&self, dimension: Dimension) -> Unit {
+        Unit { factor: self.factor(dimension), dimension }
+    }
+
+    /// A value given in `unit`, as phical computes with it.
+    pub fn to_internal(&self, value: f64, unit: Unit) -> f64 {
+        convert(value, unit.factor, self.internal_factor(unit.dimension))
+    }
+
+    /// A value as phical computes with it, in `unit`.
+    pub fn from_internal(&self, value: f64, unit: Unit) -> f64 {
+        convert(value, self.internal_factor(unit.dimension), unit.factor)
+    }
+
+    /// A value as phical computes with it, in the model's unit of its dimension.
+    pub fn to_reported(&self, value: f64, dimension: Dimension) -> f64 {
+        self.from_internal(value, self.unit(dimension))
+    }
+}
+
+/// `value` in units of size `from`, in units of size `to`.
+///
+/// The ratio is taken the way it is at least one, where it mostly is a whole number that a double holds exactly: a
+/// conversion between decimal units then rounds once, so that `5 µm` is the double next to 0.005 mm.
+fn convert(value: f64, from: f64, to: f64) -> f64 {
+    if from >= to { value * whole(from / to) } else { value / whole(to / from) }
+}
+
+/// The whole number within rounding of `ratio`, else `ratio`.
+fn whole(ratio: f64) -> f64 {
+    let round = ratio.round();
+    if (ratio - round).abs() <= 4.0 * f64::EPSILON * round { round } else { ratio }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::unit::TABLE;
+
+    fn unit(text: &str) -> Unit {
+        Unit::parse(text).unwrap()
+    }
+
+    #[test]
+    fn decimal_units_round_once() {
+        let units = Units::default();
+        for (text, value, expected) in [
+            ("mm", 0.7, 0.7),
+            ("m", 0.1, 100.0),
+            ("µm", 5.0, 0.005),
+            ("nm", 3.0, 3e-6),
+            ("m/s", 343.0, 343_000.0),
+            ("mm^2", 0.3, 0.3),
+            ("m^-1", 7.0, 0.007),
+            ("deg", 90.0, std::f64::consts::FRAC_PI_2),
+            ("mrad", 0.05, 0.05 / 1000.0),
+            ("ppm", 3.0, 3e-6),
+        ] {
+            assert_eq!(units.to_internal(value, unit(text)), expected, "{text}");
+            assert_eq!(units.from_internal(expected, unit(text)), value, "{text}");
+        }
+    }
+
+    #[test]
+    fn every_whole_number_of_decimal_units_rounds_once() {
+        for (own, other, ratio) in
+            [("mm", "µm", 1e3), ("mm", "nm", 1e6), ("cm", "nm", 1e7), ("dm", "µm", 1e5), ("m", "nm", 1e9)]
+        {
+            let units = Units::default().with(Base::Length, own).unwrap();
+            for whole in 1..1000 {
+                let value = f64::from(whole);
+                let (there, back) = (value / ratio, value * ratio);
+                assert_eq!(units.to_internal(value, unit(other)), there, "{other}");
+                assert_eq!(units.from_internal(value, unit(other)), back, "{other}");
+            }
+        }
+    }
+
+    #[test]
+    fn there_and_back() {
+        let units = Units::default().with(Base::Angle, "gon").and_then(|units| units.with(Base::Length, "ft")).unwrap();
+        for entry in TABLE {
+            let there = units.to_internal(1.25, unit(entry.symbol));
+            let back = units.from_internal(there, unit(entry.symbol));
+            assert!((back - 1.25).abs() < 1e-15, "{}", entry.symbol);
+        }
+        let arc = Dimension::LENGTH.checked_mul(Dimension::ANGLE).unwrap();
+        assert_eq!(units.internal_factor(arc), 0.3048);
+        assert!((units.to_reported(std::f64::consts::PI, arc) - 200.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn symbols_are_units() {
+        let units = Units::default().with(Base::Angle, "\"").unwrap();
+        let area = Dimension::LENGTH.pow(-2.0).unwrap();
+        for dimension in [Dimension::NUMBER, Dimension::ANGLE, area, Dimension::MASS.sqrt().unwrap()] {
+            let symbol = units.symbol(dimension);
+            assert_eq!(Unit::parse(&symbol), Ok(units.unit(dimension)), "{symbol}");
+        }
+        assert_eq!(units.symbol(Dimension::LENGTH.checked_div(Dimension::TIME).unwrap()), "mm/s");
+        assert_eq!(units.symbol(Dimension::NUMBER), "1");
+    }
+
+    #[test]
+    fn refused() {
+        let message = |base, symbol| Units::default().with(base, symbol).unwrap_err().to_string();
+        assert_eq!(message(Base::Length, "deg"), "`deg` is a unit of angle, not of length");
+        assert_eq!(message(Base::Length, "mm*mm"), "`mm*mm` is a unit of length^2, not of length");
+        assert_eq!(message(Base::Time, "sek"), "`sek` is not a unit");
+    }
+}
