@@ -2,7 +2,7 @@
 
 use super::leaf::{Map, Quantity};
 use super::read::{Entry, Fields, Reader, plain_records, record};
-use super::tree::{Kind, Node, Text};
+use super::tree::{Body, Kind, Node, Text};
 
 record! {
     /// A kind of measurement. One row of its data is one instance.
@@ -50,6 +50,10 @@ record! {
         pub constants: Map<Quantity>,
         /// Whether it may be absent.
         pub optional: bool,
+        /// Whether the first line is skipped although `columns` names the columns.
+        pub header: bool,
+        /// Whether it is fitted, or kept for `evaluate --check`.
+        pub role: DataRole,
     }
 }
 
@@ -65,6 +69,40 @@ record! {
 }
 
 plain_records!(Measurement, Input);
+
+/// What a data file is for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DataRole {
+    /// To be fitted.
+    #[default]
+    Calibrate,
+    /// Kept out of the fit, to check it by.
+    Check,
+}
+
+impl Entry for DataRole {
+    fn read(node: &Node, reader: &mut Reader) -> Option<Self> {
+        match &node.kind {
+            Kind::Group(Some(word), Body::Bare) => match word.name.as_str() {
+                "Calibrate" => Some(Self::Calibrate),
+                "Check" => Some(Self::Check),
+                _ => reader.unknown_word(word, "role", &["Calibrate", "Check"]),
+            },
+            _ => reader.wrong(node, "`Calibrate` or `Check`", None),
+        }
+    }
+
+    fn write(&self) -> Option<Node> {
+        match self {
+            Self::Calibrate => None,
+            Self::Check => Some(super::read::group(Some("Check"), Body::Bare)),
+        }
+    }
+
+    fn absent() -> Option<Self> {
+        Some(Self::default())
+    }
+}
 
 /// The files of a measurement: `"vo.csv"`, or a list of paths and `(file: …)`.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -95,7 +133,11 @@ impl Entry for DataFiles {
 
 impl DataFile {
     fn is_bare(&self) -> bool {
-        self.columns.is_empty() && self.constants.is_empty() && !self.optional
+        self.columns.is_empty()
+            && self.constants.is_empty()
+            && !self.optional
+            && !self.header
+            && self.role == DataRole::Calibrate
     }
 }
 
