@@ -23,7 +23,8 @@ fn a_line() {
 
 #[test]
 fn mistakes_are_found_together() {
-    let found = compiled(r#"(
+    let found = compiled(
+        r#"(
         name: "m",
         units: (length: "mm"),
         chains: { "arm": [Revolute(name: "J", a: Free(0), alpha: "pi/2")] },
@@ -40,7 +41,9 @@ fn mistakes_are_found_together() {
                 "eight": "nrm(arm(q).o)",
             },
         ) },
-    )"#).unwrap_err();
+    )"#,
+    )
+    .unwrap_err();
     for code in ["E015", "E016", "E014", "E013"] {
         assert!(found.iter().any(|line| line.starts_with(code)), "{code} in {found:#?}");
     }

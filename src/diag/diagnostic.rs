@@ -41,9 +41,14 @@ pub enum Place {
     Data(DataPlace),
 }
 
+/// What places are sorted by: the file, then where in it.
+type PlaceKey<'a> = (&'a str, usize, usize, Option<&'a str>);
+
+/// What diagnostics are sorted by, and are the same by.
+pub(super) type Key<'a> = (Option<PlaceKey<'a>>, Code, &'a str);
+
 impl Place {
-    /// What places are sorted by: the file, then where in it.
-    fn key(&self) -> (&str, usize, usize, Option<&str>) {
+    fn key(&self) -> PlaceKey<'_> {
         match self {
             Self::Text { source, span } => (source.name(), span.start, span.end, None),
             Self::Data(data) => (&data.file, data.line.unwrap_or(0), data.row.unwrap_or(0), data.column.as_deref()),
@@ -121,7 +126,7 @@ impl Diagnostic {
     }
 
     /// What diagnostics are sorted by, and are the same by.
-    pub(super) fn key(&self) -> (Option<(&str, usize, usize, Option<&str>)>, Code, &str) {
+    pub(super) fn key(&self) -> Key<'_> {
         (self.place.as_ref().map(Place::key), self.code, &self.message)
     }
 }

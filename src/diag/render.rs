@@ -149,7 +149,7 @@ mod tests {
             .at(&source, Span::new(12, 13))
             .label(&source, Span::new(4, 5), "first here")
             .hint("remove one");
-        let plain = text(&[found.clone()], false);
+        let plain = text(std::slice::from_ref(&found), false);
         assert_eq!(
             plain,
             "\
@@ -178,7 +178,7 @@ error[E007]: `a` is given twice
             column: Some("hz".into()),
             value: Some("abc".into()),
         });
-        let shown = text(&[found.clone()], false);
+        let shown = text(std::slice::from_ref(&found), false);
         assert!(shown.contains("vo.csv:3"), "{shown}");
         assert!(shown.contains("row 2, column `hz`, reads `abc`"), "{shown}");
         let json = json(&[found]);
@@ -206,7 +206,7 @@ error[E007]: `a` is given twice
                     let found = Diagnostic::error(Code::Syntax, "odd\n\u{7}text")
                         .at(&source, Span::new(start, end))
                         .label(&source, Span::new(end, start), "");
-                    let _ = (text(&[found.clone()], true), json(&[found]));
+                    let _ = (text(std::slice::from_ref(&found), true), json(&[found]));
                 }
             }
         }

@@ -104,7 +104,7 @@ impl Source {
     /// The line and column of a byte; past the end counts as the end.
     #[must_use]
     pub fn position(&self, byte: usize) -> Position {
-        let byte = self.text.floor_char_boundary(byte);
+        let byte = self.floor(byte);
         let line = self.line_starts.partition_point(|&start| start <= byte);
         let start = self.line_starts[line - 1];
         Position { line, column: 1 + self.text[start..byte].chars().count() }
@@ -121,11 +121,20 @@ impl Source {
         start + within.map_or(line.len(), |(at, _)| at)
     }
 
+    /// The last character boundary that is not after the byte.
+    fn floor(&self, byte: usize) -> usize {
+        let most = byte.min(self.text.len());
+        let boundary = (0..=most).rev().find(|&b| self.text.is_char_boundary(b));
+        boundary.unwrap_or(0)
+    }
+
     /// The span, moved to lie inside the text and between characters.
     #[must_use]
     pub fn clamp(&self, span: Span) -> Span {
-        let start = self.text.floor_char_boundary(span.start);
-        let end = self.text.ceil_char_boundary(span.end.max(start));
+        let start = self.floor(span.start);
+        let least = span.end.clamp(start, self.text.len());
+        let end = (least..).find(|&byte| self.text.is_char_boundary(byte));
+        let end = end.unwrap_or(self.text.len());
         Span::new(start, end)
     }
 }
@@ -149,8 +158,8 @@ mod tests {
         for (byte, _) in source.text().char_indices() {
             assert_eq!(source.offset(source.position(byte)), byte);
         }
-        assert_eq!(source.offset(Position { line: 9, column: 1 }), 20);
-        assert_eq!(source.offset(Position { line: 2, column: 7 }), 11);
+        assert_eq!(source.offset(Position { line: 9, column: 1 }), source.text().len());
+        assert_eq!(source.offset(Position { line: 1, column: 99 }), 10);
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! The small things a model is made of: numbers, quantities, tuples of them, and ordered maps.
 
 use super::read::{Entry, Reader, group, read_all, unplaced};
-use super::tree::{Body, Kind, Node, Text};
+use super::text::Text;
+use super::tree::{Body, Kind, Node};
 use crate::diag::{Code, Span};
 
 /// A finite number and where it stands. Equality compares the number.
@@ -221,10 +222,14 @@ impl<V: Entry> Entry for Map<V> {
     fn write(&self) -> Option<Node> {
         let pair = |(key, value): &(Text, V)| Some((key.write()?, value.write()?));
         let pairs: Vec<_> = self.0.iter().filter_map(pair).collect();
-        (!pairs.is_empty()).then(|| unplaced(Kind::Map(pairs)))
+        Some(unplaced(Kind::Map(pairs)))
     }
 
     fn absent() -> Option<Self> {
         Some(Self::default())
+    }
+
+    fn is_absent(&self) -> bool {
+        self.is_empty()
     }
 }

@@ -7,7 +7,7 @@ use ron::error::{Error as RonError, SpannedError};
 
 use super::Model;
 use super::read::{Fields, Reader};
-use super::tree::{self, Body, Kind, Node, skip_block_comment};
+use super::tree::{self, Body, Kind, Node, skip_blank, skip_block_comment};
 use crate::diag::{Code, Diagnostic, Diagnostics, Position, Source, Span};
 
 /// How many brackets may be open at once. Models need about ten; the parser stops at about sixty.
@@ -79,19 +79,28 @@ fn syntax(source: &Arc<Source>, text: &str, shift: usize, error: &SpannedError, 
         parsed.offset(position) + shift
     };
     let end = byte(error.span.end).min(source.text().len());
-    let start = byte(error.span.start).min(end);
+    let mut start = byte(error.span.start).min(end);
+    let rest = skip_blank(&source.text()[start..]);
+    if !rest.is_empty() {
+        start = source.text().len() - rest.len();
+    }
     let span = Span::new(start, end.max(start + 1));
     if error.code == RonError::ExceededRecursionLimit {
         let message = "brackets are nested too deeply here";
         return Diagnostic::error(Code::NestedTooDeep, message).at(source, span);
     }
-    let mut found = Diagnostic::error(Code::Syntax, say(&error.code)).at(source, span);
+    let ended = rest.is_empty() && brackets.unclosed.is_some();
+    let message = match ended {
+        true => "the text ends before all brackets are closed".to_owned(),
+        false => say(&error.code),
+    };
+    let mut found = Diagnostic::error(Code::Syntax, message).at(source, span);
     if let Some((open, close)) = brackets.mismatch {
         found = found.label(source, open, "this bracket").label(source, close, "is closed by this one");
     } else if let Some(open) = brackets.unclosed {
         found = found.label(source, open, "this bracket is not closed");
     }
-    if source.text()[span.start..].starts_with(':') {
+    if rest.starts_with(':') {
         found = found.hint(
             "a value without a name cannot be followed by named ones: write `Free(nominal: …, min: …)`, `Scalar(value: …, sigma: …)`",
         );

@@ -2,7 +2,8 @@
 
 use super::leaf::{Map, Quantity};
 use super::read::{Entry, Fields, Reader, plain_records, record};
-use super::tree::{Body, Kind, Node, Text};
+use super::text::Text;
+use super::tree::{Body, Kind, Node};
 
 record! {
     /// A kind of measurement. One row of its data is one instance.
@@ -128,6 +129,10 @@ impl Entry for DataFiles {
 
     fn absent() -> Option<Self> {
         Some(Self::default())
+    }
+
+    fn is_absent(&self) -> bool {
+        self.0.is_empty()
     }
 }
 

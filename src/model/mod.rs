@@ -1,6 +1,6 @@
 //! What a model file says, before any mathematics.
 //!
-//! [`load`] reads a text into a [`Model`], or says everything that is wrong with it; [`print`] writes one in canonical form, and
+//! [`load()`] reads a text into a [`Model`], or says everything that is wrong with it; [`print()`] writes one in canonical form, and
 //! what it writes loads as an equal model. Expressions and quantities stay text here. Every name and every leaf knows its bytes
 //! in the file, so that whoever understands them later can point at them; equality leaves the places out.
 //!
@@ -22,8 +22,10 @@ mod load;
 mod measurement;
 mod parameter;
 mod print;
+mod raw;
 mod read;
 mod scenario;
+mod text;
 mod tree;
 mod value;
 
@@ -37,7 +39,7 @@ pub use measurement::{DataFile, DataFiles, DataRole, Input, Measurement, Residua
 pub use parameter::{Parameter, Shape};
 pub use print::print;
 pub use scenario::{Draw, Experiment, Noise, Scenario, Solve, Zero};
-pub use tree::Text;
+pub use text::Text;
 pub use value::{Setting, Value};
 
 use read::{optional_records, record};

@@ -2,7 +2,8 @@
 
 use super::leaf::{Components, Map, Quantity};
 use super::read::{Entry, Fields, Reader, Written, group};
-use super::tree::{Body, Kind, Node, Text};
+use super::text::Text;
+use super::tree::{Body, Kind, Node};
 use super::value::Value;
 use crate::diag::{Code, Span};
 

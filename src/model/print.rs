@@ -1,7 +1,8 @@
 //! A model as canonical text.
 
 use super::Model;
-use super::tree::{Body, Kind, Node, Text};
+use super::text::Text;
+use super::tree::{Body, Kind, Node};
 
 /// Lines are kept to this many characters where they can be broken.
 const WIDTH: usize = 110;
@@ -27,8 +28,10 @@ fn layout(node: &Node, depth: usize, used: usize, out: &mut String) {
     }
 }
 
-/// The brackets of a node and its parts, each with what stands before its value.
-fn parts(node: &Node) -> Option<(String, char, Vec<(String, &Node)>)> {
+/// The opening of a node, its closing bracket, and its parts, each with what stands before its value.
+type Parts<'n> = (String, char, Vec<(String, &'n Node)>);
+
+fn parts(node: &Node) -> Option<Parts<'_>> {
     Some(match &node.kind {
         Kind::List(items) => {
             let parts = items.iter().map(|item| (String::new(), item)).collect();

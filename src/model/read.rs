@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::tree::{Body, Kind, Node, Text, Word};
+use super::text::Text;
+use super::tree::{Body, Kind, Node, Word};
 use crate::diag::{Code, Diagnostic, Diagnostics, Source, Span, did_you_mean, nearest};
 
 /// A type that stands somewhere in a model file.
@@ -16,6 +17,11 @@ pub(crate) trait Entry: Sized {
     /// The value where nothing stands, or `None` where something must.
     fn absent() -> Option<Self> {
         None
+    }
+
+    /// Whether it is the value that stands for nothing, and so is not written as a field.
+    fn is_absent(&self) -> bool {
+        false
     }
 }
 
@@ -156,7 +162,9 @@ pub(crate) struct Written(pub(crate) Vec<(Word, Node)>);
 
 impl Written {
     pub(crate) fn put(mut self, name: &str, value: &impl Entry) -> Self {
-        if let Some(node) = value.write() {
+        if !value.is_absent()
+            && let Some(node) = value.write()
+        {
             self.0.push((word(name), node));
         }
         self
@@ -293,11 +301,15 @@ impl Entry for bool {
     }
 
     fn write(&self) -> Option<Node> {
-        self.then(|| unplaced(Kind::Bool(true)))
+        Some(unplaced(Kind::Bool(*self)))
     }
 
     fn absent() -> Option<Self> {
         Some(false)
+    }
+
+    fn is_absent(&self) -> bool {
+        !self
     }
 }
 
@@ -350,11 +362,15 @@ impl<T: Entry> Entry for Vec<T> {
 
     fn write(&self) -> Option<Node> {
         let items: Vec<_> = self.iter().filter_map(Entry::write).collect();
-        (!items.is_empty()).then(|| unplaced(Kind::List(items)))
+        Some(unplaced(Kind::List(items)))
     }
 
     fn absent() -> Option<Self> {
         Some(Self::new())
+    }
+
+    fn is_absent(&self) -> bool {
+        self.is_empty()
     }
 }
 

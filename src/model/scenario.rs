@@ -2,7 +2,8 @@
 
 use super::leaf::{Map, Quantity};
 use super::read::{Entry, Reader, group, plain_records, read_all, record, unplaced};
-use super::tree::{Body, Kind, Node, Text};
+use super::text::Text;
+use super::tree::{Body, Kind, Node};
 
 record! {
     /// A made-up experiment.

@@ -3,12 +3,11 @@
 //! The grammar is that of the `ron` crate: each level is taken apart into borrowed [`RawValue`]s, whose address in the text is
 //! their place. Nothing of the model is known here, so any value is read and judged later, all mistakes at once.
 
-use std::fmt;
-
 use ron::error::SpannedError;
 use ron::value::RawValue;
-use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
+use super::raw::{Inside, Name, Pairs, Quoted};
+use super::text::Text;
 use crate::diag::Span;
 
 /// A value and where it stands.
@@ -48,59 +47,6 @@ pub(crate) enum Body {
 pub(crate) struct Word {
     pub(crate) name: String,
     pub(crate) span: Span,
-}
-
-/// Text between quotes, and where it stands.
-///
-/// Equality compares the text, not the place.
-#[derive(Clone, Debug, Default)]
-pub struct Text {
-    /// The text, escapes resolved.
-    pub value: String,
-    /// The bytes between the quotes.
-    pub span: Span,
-    /// Whether the text stands in the file as it is, without escapes: then byte `k` of it is byte `span.start + k` of the file.
-    pub exact: bool,
-}
-
-impl PartialEq for Text {
-    fn eq(&self, other: &Self) -> bool {
-        self.value == other.value
-    }
-}
-
-impl Text {
-    /// The place in the file of a piece of this text; of the whole text where escapes hide the piece.
-    #[must_use]
-    pub fn locate(&self, inner: Span) -> Span {
-        if self.exact {
-            let end = self.span.end;
-            Span::new(
-                (self.span.start.saturating_add(inner.start)).min(end),
-                (self.span.start.saturating_add(inner.end)).min(end),
-            )
-        } else {
-            self.span
-        }
-    }
-
-    /// The text.
-    #[must_use]
-    pub fn as_str(&self) -> &str {
-        &self.value
-    }
-}
-
-impl From<&str> for Text {
-    fn from(value: &str) -> Self {
-        Self { value: value.to_owned(), ..Self::default() }
-    }
-}
-
-impl fmt::Display for Text {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.value)
-    }
 }
 
 /// The tree of a whole text. `shift` is added to every place, for a text that is the rest of a longer one.
@@ -264,109 +210,6 @@ pub(crate) fn skip_block_comment(text: &str) -> &str {
             }
             rest = chars.as_str();
         }
-    }
-}
-
-/// The entries of a map in order, twins included.
-struct Pairs<'t>(Vec<(&'t RawValue, &'t RawValue)>);
-
-/// What stands between round brackets: values, or names and values.
-enum Inside<'t> {
-    Tuple(Vec<&'t RawValue>),
-    Fields(Vec<(Name<'t>, &'t RawValue)>),
-}
-
-/// The name of a field.
-struct Name<'t>(&'t str);
-
-/// A text literal: as it stands in the file, or with escapes resolved.
-enum Quoted<'t> {
-    Plain(&'t str),
-    Escaped(String),
-}
-
-fn entries<'t, K: Deserialize<'t>, A: MapAccess<'t>>(mut map: A) -> Result<Vec<(K, &'t RawValue)>, A::Error> {
-    let mut all = Vec::new();
-    while let Some(entry) = map.next_entry()? {
-        all.push(entry);
-    }
-    Ok(all)
-}
-
-impl<'t> Deserialize<'t> for Pairs<'t> {
-    fn deserialize<D: Deserializer<'t>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Collect;
-        impl<'t> Visitor<'t> for Collect {
-            type Value = Pairs<'t>;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a map")
-            }
-            fn visit_map<A: MapAccess<'t>>(self, map: A) -> Result<Self::Value, A::Error> {
-                entries(map).map(Pairs)
-            }
-        }
-        deserializer.deserialize_map(Collect)
-    }
-}
-
-impl<'t> Deserialize<'t> for Inside<'t> {
-    fn deserialize<D: Deserializer<'t>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Collect;
-        impl<'t> Visitor<'t> for Collect {
-            type Value = Inside<'t>;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("values or fields between round brackets")
-            }
-            fn visit_unit<E: Error>(self) -> Result<Self::Value, E> {
-                Ok(Inside::Tuple(Vec::new()))
-            }
-            fn visit_seq<A: SeqAccess<'t>>(self, mut seq: A) -> Result<Self::Value, A::Error> {
-                let mut all = Vec::new();
-                while let Some(item) = seq.next_element()? {
-                    all.push(item);
-                }
-                Ok(Inside::Tuple(all))
-            }
-            fn visit_map<A: MapAccess<'t>>(self, map: A) -> Result<Self::Value, A::Error> {
-                entries(map).map(Inside::Fields)
-            }
-        }
-        deserializer.deserialize_any(Collect)
-    }
-}
-
-impl<'t> Deserialize<'t> for Name<'t> {
-    fn deserialize<D: Deserializer<'t>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Borrow;
-        impl<'t> Visitor<'t> for Borrow {
-            type Value = Name<'t>;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("the name of a field")
-            }
-            fn visit_borrowed_str<E: Error>(self, name: &'t str) -> Result<Self::Value, E> {
-                Ok(Name(name))
-            }
-        }
-        deserializer.deserialize_identifier(Borrow)
-    }
-}
-
-impl<'t> Deserialize<'t> for Quoted<'t> {
-    fn deserialize<D: Deserializer<'t>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Borrow;
-        impl<'t> Visitor<'t> for Borrow {
-            type Value = Quoted<'t>;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("text between quotes")
-            }
-            fn visit_borrowed_str<E: Error>(self, text: &'t str) -> Result<Self::Value, E> {
-                Ok(Quoted::Plain(text))
-            }
-            fn visit_str<E: Error>(self, text: &str) -> Result<Self::Value, E> {
-                Ok(Quoted::Escaped(text.to_owned()))
-            }
-        }
-        deserializer.deserialize_str(Borrow)
     }
 }
 

@@ -85,58 +85,56 @@ impl<Q: PartialEq> PartialEq for Setting<Q> {
     }
 }
 
-impl<Q: Entry> Setting<Q> {
-    fn read(body: &Body, node: &Node, reader: &mut Reader) -> Option<Self> {
-        const HINT: &str = "write `Free(0)`, `Free((0, 0, 100))` or `Free(nominal: 0, min: …, max: …)`";
-        let span = node.span;
-        match body {
-            Body::Tuple(items) => match &items[..] {
-                [item] => Some(Self {
-                    nominal: Q::read(item, reader)?,
-                    min: None,
-                    max: None,
-                    sigma: None,
-                    tolerance: None,
-                    span,
-                }),
-                _ => reader.wrong(node, "one nominal value", Some(HINT)),
-            },
-            Body::Bare => reader.wrong(node, "a nominal value", Some(HINT)),
-            Body::Fields(_) => {
-                let mut fields = Fields::between(body, node, "a free or held value", reader)?;
-                let nominal = fields.take("nominal", reader);
-                let min = fields.take("min", reader);
-                let max = fields.take("max", reader);
-                let sigma = fields.take("sigma", reader);
-                let tolerance = fields.take("tolerance", reader);
-                fields.close(reader);
-                Some(Self { nominal: nominal?, min: min?, max: max?, sigma: sigma?, tolerance: tolerance?, span })
-            }
+/// What stands behind `Free` or `Held`.
+fn read_setting<Q: Entry>(body: &Body, node: &Node, reader: &mut Reader) -> Option<Setting<Q>> {
+    const HINT: &str = "write `Free(0)`, `Free((0, 0, 100))` or `Free(nominal: 0, min: …, max: …)`";
+    let span = node.span;
+    match body {
+        Body::Tuple(items) => match &items[..] {
+            [item] => Some(Setting {
+                nominal: Q::read(item, reader)?,
+                min: None,
+                max: None,
+                sigma: None,
+                tolerance: None,
+                span,
+            }),
+            _ => reader.wrong(node, "one nominal value", Some(HINT)),
+        },
+        Body::Bare => reader.wrong(node, "a nominal value", Some(HINT)),
+        Body::Fields(_) => {
+            let mut fields = Fields::between(body, node, "a free or held value", reader)?;
+            let nominal = fields.take("nominal", reader);
+            let min = fields.take("min", reader);
+            let max = fields.take("max", reader);
+            let sigma = fields.take("sigma", reader);
+            let tolerance = fields.take("tolerance", reader);
+            fields.close(reader);
+            Some(Setting { nominal: nominal?, min: min?, max: max?, sigma: sigma?, tolerance: tolerance?, span })
         }
     }
+}
 
-    fn write(&self, name: &str) -> Option<Node> {
-        let bare = [&self.min, &self.max, &self.sigma, &self.tolerance].iter().all(|part| part.is_none());
-        if bare {
-            let nominal = self.nominal.write()?;
-            return Some(group(Some(name), Body::Tuple(vec![nominal])));
-        }
-        let fields = Written::default()
-            .put("nominal", &self.nominal)
-            .put("min", &self.min)
-            .put("max", &self.max)
-            .put("sigma", &self.sigma)
-            .put("tolerance", &self.tolerance);
-        Some(fields.node(Some(name)))
+fn write_setting<Q: Entry>(setting: &Setting<Q>, name: &str) -> Option<Node> {
+    let fields = Written::default()
+        .put("nominal", &setting.nominal)
+        .put("min", &setting.min)
+        .put("max", &setting.max)
+        .put("sigma", &setting.sigma)
+        .put("tolerance", &setting.tolerance);
+    if fields.0.len() > 1 {
+        return Some(fields.node(Some(name)));
     }
+    let nominal = setting.nominal.write()?;
+    Some(group(Some(name), Body::Tuple(vec![nominal])))
 }
 
 impl<Q: Entry> Entry for Value<Q> {
     fn read(node: &Node, reader: &mut Reader) -> Option<Self> {
         match &node.kind {
             Kind::Group(Some(word), body) => match word.name.as_str() {
-                "Free" => Setting::read(body, node, reader).map(Self::Free),
-                "Held" => Setting::read(body, node, reader).map(Self::Held),
+                "Free" => read_setting(body, node, reader).map(Self::Free),
+                "Held" => read_setting(body, node, reader).map(Self::Held),
                 _ => reader.unknown_word(word, "value", &["Free", "Held"]),
             },
             _ => Q::read(node, reader).map(Self::Constant),
@@ -146,8 +144,8 @@ impl<Q: Entry> Entry for Value<Q> {
     fn write(&self) -> Option<Node> {
         match self {
             Self::Constant(value) => value.write(),
-            Self::Free(setting) => setting.write("Free"),
-            Self::Held(setting) => setting.write("Held"),
+            Self::Free(setting) => write_setting(setting, "Free"),
+            Self::Held(setting) => write_setting(setting, "Held"),
         }
     }
 }

@@ -1,165 +1,173 @@
 //! Each kind of mistake: its code and its place, to the character.
+//!
+//! In the texts `‹` and `›` enclose the place that has to be reported; they are taken out before reading.
 
 use super::read;
-use crate::diag::{Code, Diagnostics, Place, text};
+use crate::diag::Code::{
+    self, Duplicate, MissingField, NestedTooDeep, NotFinite, Syntax, UnknownField, UnknownVariant, WrongKind,
+};
+use crate::diag::{Place, Span, text};
 
-/// The code and `line:column` of everything that is wrong.
-fn found(model: &str) -> Vec<(Code, String)> {
-    match read(model) {
-        Ok(_) => Vec::new(),
-        Err(found) => places(&found),
+/// The text without marks, and the marked places in order.
+fn unmark(marked: &str) -> (String, Vec<Span>) {
+    let (mut model, mut places, mut open) = (String::new(), Vec::new(), Vec::new());
+    for c in marked.chars() {
+        match c {
+            '‹' => {
+                open.push(places.len());
+                places.push(Span::new(model.len(), model.len()));
+            }
+            '›' => places[open.pop().unwrap()].end = model.len(),
+            c => model.push(c),
+        }
     }
+    (model, places)
 }
 
-fn places(found: &Diagnostics) -> Vec<(Code, String)> {
+/// Everything reported, in the order of places.
+fn check(codes: &[Code], marked: &str) {
+    let (model, places) = unmark(marked);
+    let found = read(&model).expect_err(marked);
     let place = |place: &Option<Place>| match place {
-        Some(Place::Text { source, span }) => {
-            let (start, end) = (source.position(span.start), source.position(span.end));
-            match start.line == end.line {
-                true => format!("{}:{}-{}", start.line, start.column, end.column),
-                false => format!("{}:{}", start.line, start.column),
-            }
-        }
-        _ => "nowhere".into(),
+        Some(Place::Text { span, .. }) => *span,
+        other => panic!("{other:?}"),
     };
-    found.iter().map(|d| (d.code, place(&d.place))).collect()
+    let reported: Vec<_> = found.iter().map(|d| (d.code, place(&d.place))).collect();
+    let expected: Vec<_> = codes.iter().copied().zip(places).collect();
+    assert_eq!(reported, expected, "\n{marked}\n{}", text(&found, false));
+}
+
+fn one(code: Code, marked: &str) {
+    check(&[code], marked);
+}
+
+/// One mistake among the parameters.
+fn parameter(code: Code, marked: &str) {
+    check(&[code], &format!("(name: \"m\", parameters: {{\"p\": {marked}}})"));
 }
 
 fn shown(model: &str) -> String {
-    text(&read(model).unwrap_err(), false)
-}
-
-fn one(code: Code, place: &str, model: &str) {
-    assert_eq!(found(model), [(code, place.to_owned())], "{}", shown(model));
+    text(&read(model).expect_err(model), false)
 }
 
 #[test]
-fn unknown_fields_at_every_level() {
-    use Code::UnknownField as E;
-    one(E, "1:14-19", r#"(name: "µ°", chain: {})"#);
-    one(E, "1:22-28", r#"(name: "m", units: (lenght: "mm"))"#);
-    one(
-        E,
-        "2:28-33",
-        "(name: \"m\", chains: {\"c\": [\n  Revolute(name: \"µm\", phi: 0, alhpa: 0)]})"
-            .replace("phi: 0, ", "")
-            .as_str(),
-    );
-    one(
-        E,
-        "1:57-62",
-        r#"(name: "m", parameters: {"p": Scalar(value: Free(nominal: 1, least: 0))})"#
-            .replace("nominal: 1, ", "nominal:1,")
-            .as_str(),
-    );
-    one(E, "1:57-68", r#"(name: "m", parameters: {"p": Vec3(value: (0, 0, 0),    sigma_angle: 1)})"#);
-    one(E, "1:37-42", r#"(name: "m", measurements: {"a": (key:[],)})"#.replace("key:[]", "   keyz:[]").replace("keyz", " keyed").as_str());
-    assert!(shown(r#"(nam: "m")"#).contains("did you mean `name`"));
+fn lines_and_columns_are_those_of_the_file() {
+    let shown = shown("(\n  name: \"µ°\", /* ä */ nmae: 3,\n)");
+    assert!(shown.contains("--> model.ron:2:23"), "{shown}");
+}
+
+#[test]
+fn unknown_fields() {
+    one(UnknownField, r#"(name: "µ°", ‹chain›: {})"#);
+    one(UnknownField, r#"(name: "m", units: (‹lenght›: "mm"))"#);
+    one(UnknownField, "(name: \"m\", chains: {\"c\": [\n  Revolute(name: \"µm\", ‹alhpa›: 0)]})");
+    one(UnknownField, r#"(name: "m", chains: {"c": [Rigid(name: "a", ‹alpha›: 0)]})"#);
+    one(UnknownField, r#"(name: "m", measurements: {"a": (‹keyed›: [])})"#);
+    parameter(UnknownField, "Scalar(Free(nominal: 1, ‹least›: 0))");
+    parameter(UnknownField, "Vec3(value: (0, 0, 0), ‹sigma_angle›: 1)");
+    let shown = shown(r#"(nam: "m")"#);
+    assert!(shown.contains("did you mean `name`? fields: `name`"), "{shown}");
 }
 
 #[test]
 fn missing_fields() {
-    use Code::MissingField as E;
-    one(E, "1:1-3", "()");
-    one(E, "1:7-20", "      Model(units:())"[..].replace("units:()", "units:()").as_str().trim_end());
-    one(
-        E,
-        "1:28-43",
-        r#"(name: "", chains: {"c": [ Fixed(phi: 0) , ]})"#.replace("(phi: 0) ,", "(phi:  0 ),").as_str(),
-    );
-    one(E, "1:31-47", r#"(name: "m", parameters: {"p": Scalar(sigma: 1)})"#);
-    one(
-        E,
-        "1:38-51",
-        r#"(name: "m", parameters: {"p": Scalar(Free(sigma: 1)), })"#
-            .replace("Free(sigma: 1)", "Free(sigma:1)")
-            .as_str(),
-    );
+    one(MissingField, "‹()›");
+    one(MissingField, "// µ\n ‹Model(units: ())› ");
+    one(MissingField, r#"(name: "", chains: {"c": [ ‹Fixed(phi: 0)› , ]})"#);
+    parameter(MissingField, "‹Scalar(sigma: 1)›");
+    parameter(MissingField, "Scalar(‹Free(sigma: 1)›)");
     // A misspelt field is one mistake, not two.
-    one(Code::UnknownField, "1:2-5", r#"(nam: "m")"#);
+    one(UnknownField, r#"(‹nam›: "m")"#);
 }
 
 #[test]
-fn wrong_kinds_of_leaves() {
-    use Code::WrongKind as E;
-    one(E, "1:8-9", "(name: 3)");
-    one(E, "1:21-23", r#"(name: "m", define: [])"#);
-    one(E, "1:27-28", r#"(name: "m", define: {"k": 2})"#);
-    one(E, "1:22-23", r#"(name: "m", define: {2: "k"})"#);
-    one(
-        E,
-        "1:39-45",
-        r#"(name: "m", measurements: {"a": (keys:"hole")})"#
-            .replace("keys:", "keys: ")
-            .replace("(keys", "(keys")
-            .as_str()
-            .replace("keys: ", "keys:")
-            .as_str(),
-    );
-    one(E, "1:36-42", r#"(name: "m", parameters: {"p": Vec3([0, 0])})"#);
-    one(E, "1:37-43", r#"(name: "m", parameters: {"p": Vec3((0, 0.5))})"#);
-    one(E, "1:31-44", r#"(name: "m", parameters: {"p": Vec3(0, 0, 1)})"#);
-    one(E, "1:36-37", r#"(name: "m", parameters: {"p": Vec3(0)})"#);
-    one(E, "1:39-43", r#"(name: "m", parameters: {"p": Scalar((1, 2))})"#);
-    one(E, "1:31-32", r#"(name: "m", parameters: {"p": 1})"#);
-    one(E, "1:38-42", r#"(name: "m", parameters: {"p": Scalar(true)})"#);
-    one(E, "1:38-42", r#"(name: "m", parameters: {"p": Scalar(Free)})"#);
-    one(E, "1:40-43", r#"(name: "m", scenarios: {"s": (   seed: 1.5)})"#);
-    one(
-        E,
-        "1:41-51",
-        r#"(name: "m", scenarios: {"s": (truth: {  "a": Uniform(1)})})"#
-            .replace("  \"a\": ", "\"a\":")
-            .as_str()
-            .replace("{\"a\":U", "{\"\":U")
-            .as_str(),
-    );
-    one(E, "1:1-3", "[]");
-    one(E, "1:1-6", "Model");
-    one(E, "1:8-11", "(name: 'c')");
+fn wrong_kinds_of_values() {
+    for marked in [
+        "(name: ‹3›)",
+        "(name: ‹'c'›)",
+        "‹[]›",
+        "‹Model›",
+        "‹3›",
+        r#"(name: "m", define: ‹[]›)"#,
+        r#"(name: "m", define: {"k": ‹2›})"#,
+        r#"(name: "m", define: {‹2›: "k"})"#,
+        r#"(name: "m", chains: {"c": ‹(Fixed(name: "a"))›})"#,
+        r#"(name: "m", chains: {"c": [‹"a"›]})"#,
+        r#"(name: "m", chains: {"c": [‹Fixed("a")›]})"#,
+        r#"(name: "m", chains: {"c": [Fixed(name: "a", b: ‹(1, 2)›)]})"#,
+        r#"(name: "m", chains: {"c": [Fixed(name: "a", b: Free(‹[1]›))]})"#,
+        r#"(name: "m", measurements: {"a": ‹[]›})"#,
+        r#"(name: "m", measurements: {"a": (keys: ‹"hole"›)})"#,
+        r#"(name: "m", measurements: {"a": (data: ‹(file: "a")›)})"#,
+        r#"(name: "m", measurements: {"a": (data: [(file: "a", optional: ‹1›)])})"#,
+        r#"(name: "m", measurements: {"a": (residuals: {"r": ‹0›})})"#,
+        r#"(name: "m", scenarios: {"s": (seed: ‹1.5›)})"#,
+        r#"(name: "m", scenarios: {"s": (seed: ‹-1›)})"#,
+        r#"(name: "m", scenarios: {"s": (truth: {"a": ‹Uniform(1)›})})"#,
+        r#"(name: "m", scenarios: {"s": (truth: {"a": Cycle(‹[]›)})})"#,
+    ] {
+        one(WrongKind, marked);
+    }
+    for marked in [
+        "‹1›",
+        "‹Scalar›",
+        "‹Scalar(1, 2)›",
+        "Scalar(‹true›)",
+        "Scalar(‹Free›)",
+        "Scalar(‹Free(0, 1)›)",
+        "Scalar((‹1, 2›))",
+        "Vec3(‹[0, 0, 1]›)",
+        "‹Vec3(0, 0, 1)›",
+        "Vec3(‹0›)",
+        "Vec3((‹0, 0.5›))",
+        "Vec3(value: (0, 0, 0), min: (‹0, 0›))",
+        "Pose(value: (0, 0, 0, 0, 0, 0), sigma: (‹1, 1, 1, 1, 1, 1›))",
+        "Scalar(‹1..2›)",
+    ] {
+        parameter(WrongKind, marked);
+    }
 }
 
 #[test]
 fn unknown_variants() {
-    use Code::UnknownVariant as E;
-    one(E, "1:27-34", r#"(name: "m", chains: {"c": [Revolut(name: "a")]})"#.replace("\"c\": [", "\"c\":[ ").as_str());
-    one(E, "1:31-35", r#"(name: "m", parameters: {"p": Vec2((0, 0))})"#);
-    one(E, "1:38-42", r#"(name: "m", parameters: {"p": Scalar(Fre3(0))})"#);
-    one(E, "1:48-54", r#"(name: "m", chains: {"c": [Dh(name: "a", reads:Angels)]})"#);
-    one(E, "1:1-6", r#"Robot(name: "m")"#);
-    let text = shown(r#"(name: "m", chains: {"c": [Revolut(name: "a")]})"#);
-    assert!(text.contains("did you mean `Revolute`"), "{text}");
+    one(UnknownVariant, r#"‹Robot›(name: "m")"#);
+    one(UnknownVariant, r#"(name: "m", chains: {"c": [‹Revolut›(name: "a")]})"#);
+    one(UnknownVariant, r#"(name: "m", chains: {"c": [Dh(name: "a", reads: ‹Angles›)]})"#);
+    one(UnknownVariant, r#"(name: "m", scenarios: {"s": (truth: {"a": ‹Normale›(0, 1)})})"#);
+    parameter(UnknownVariant, "‹Vec2›((0, 0))");
+    parameter(UnknownVariant, "Scalar(‹Fre›(0))");
+    let shown = shown(r#"(name: "m", chains: {"c": [Revolut(name: "a")]})"#);
+    assert!(shown.contains("did you mean `Revolute`"), "{shown}");
 }
 
 #[test]
 fn twins() {
-    use Code::Duplicate as E;
-    one(E, "1:34-35", r#"(name: "m", define: {"k": "1", "k": "2"})"#.replace("\"1\", \"k", "\"1\",  \"k").as_str());
-    one(E, "1:13-17", r#"(name: "m", name: "n")"#);
-    one(E, "2:15-16", "(name: \"m\", chains: {\"c\": [Fixed(name: \"A\")], \"d\": [\n  Dh(   name:\"A\")]})");
+    one(Duplicate, r#"(name: "m", define: {"k": "1", "‹k›": "2"})"#);
+    one(Duplicate, r#"(name: "m", ‹name›: "n")"#);
+    one(Duplicate, "(name: \"m\", chains: {\"c\": [Fixed(name: \"A\")], \"d\": [\n  Dh(name: \"‹A›\")]})");
 }
 
 #[test]
 fn numbers_that_are_none() {
-    for (number, width) in [("NaN", 3), ("inf", 3), ("-inf", 4), ("1e400", 5), ("-1e400", 6)] {
-        let model = format!(r#"(name: "m", parameters: {{"p": Scalar(Free({number}))}})"#);
-        one(Code::NotFinite, &format!("1:43-{}", 43 + width), &model);
+    for number in ["NaN", "inf", "-inf", "1e400", "-1e400", "NaNf64"] {
+        parameter(NotFinite, &format!("Scalar(Free(‹{number}›))"));
+        parameter(NotFinite, &format!("Vec3((0, ‹{number}›, 0))"));
     }
 }
 
 #[test]
 fn text_that_is_not_ron() {
-    use Code::Syntax as E;
-    for (place, model) in [
-        ("1:1-2", ""),
-        ("1:12-13", r#"(name: "m" source: "s")"#),
-        ("2:1-2", "(name: \"m\"\n"),
-        ("1:7-8", r#"(name "m")"#),
-        ("1:13-14", r#"(name: "m") )"#),
-        ("1:9-10", r#"(name: "m)"#),
-        ("1:44-45", r#"(name: "m", parameters: {"p": Vec3(1, sigma: 5)})"#),
+    for marked in [
+        "‹›",
+        r#"(name: "m" ‹s›ource: "s")"#,
+        "(name: \"m\"‹\n›",
+        r#"(name ‹"›m")"#,
+        r#"(name: "m") ‹)›"#,
+        r#"(name: "m", parameters: {"p": Vec3(1, sigma‹:› 5)})"#,
+        r#"(name: "m", define: {"a" ‹"›b"})"#,
+        r#"(name: ‹$›)"#,
     ] {
-        one(E, place, model);
+        one(Syntax, marked);
     }
     let mixed = shown(r#"(name: "m", parameters: {"p": Vec3(1, sigma: 5)})"#);
     assert!(mixed.contains("`Scalar(value: …, sigma: …)`"), "{mixed}");
@@ -167,44 +175,44 @@ fn text_that_is_not_ron() {
     assert!(crossed.contains("is closed by this one"), "{crossed}");
     let open = shown("(name: \"m\", chains: {");
     assert!(open.contains("not closed"), "{open}");
+    let endless = shown(r#"(name: "m)"#);
+    assert!(endless.contains("does not end"), "{endless}");
 }
 
 #[test]
 fn deep_nesting_is_refused_where_it_goes_too_deep() {
-    let deep = format!("(name: \"((((\", /* (((( */\n define: {}", "[".repeat(200_000));
-    one(Code::NestedTooDeep, "2:49-50", &deep);
-    for open in ["(", "{", "Some(", "{\"a\":", "(a:", "[(", "/*", "r#\"", "'(", "\"("] {
+    let deep = |open: &str| format!("(name: \"((((\", /* (((( */ // ((((\n define: {open}");
+    one(NestedTooDeep, &deep(&format!("{}‹[›{}", "[".repeat(39), "[".repeat(200_000))));
+    for open in ["(", "{", "Some(", "{\"a\":", "(a:", "[(", "/*", "r#\"", "'(", "\"(", "'\\", "r#"] {
         assert!(read(&open.repeat(100_000)).is_err());
     }
-    let quoted = format!("(name: \"{}\")", "(".repeat(5000));
-    assert!(found(&quoted).is_empty());
+    assert!(read(&format!("(name: \"{}\")", "(".repeat(5000))).is_ok());
 }
 
 #[test]
 fn all_mistakes_at_once() {
-    let model = r#"(
-    nam: "m",
-    units: (length: 3),
+    check(
+        &[
+            UnknownField,
+            WrongKind,
+            UnknownVariant,
+            MissingField,
+            UnknownField,
+            UnknownVariant,
+            WrongKind,
+            Duplicate,
+            WrongKind,
+            NotFinite,
+        ],
+        r#"(
+    ‹nam›: "m",
+    units: (length: ‹3›),
     chains: {"c": [
-        Revolut(name: "a"),
-        Fixed(alhpa: 0, a: Fre(0), b: true),
+        ‹Revolut›(name: "a"),
+        ‹Fixed(‹alhpa›: 0, a: ‹Fre›(0), b: ‹true›)›,
     ]},
-    define: {"k": "1", "k": 1e400},
-)"#;
-    use Code::{Duplicate, MissingField, UnknownField, UnknownVariant, WrongKind};
-    assert_eq!(
-        found(model),
-        [
-            (UnknownField, "2:5-8".into()),
-            (WrongKind, "3:21-22".into()),
-            (UnknownVariant, "5:9-16".into()),
-            (MissingField, "6:9-44".into()),
-            (UnknownField, "6:15-20".into()),
-            (UnknownVariant, "6:28-31".into()),
-            (WrongKind, "6:39-43".into()),
-            (Duplicate, "7:25-26".into()),
-            (WrongKind, "7:29-34".into()),
-        ]
-        .map(|(code, place): (Code, String)| (code, place))
+    define: {"k": "1", "‹k›": ‹2›},
+    tolerances: (length: ‹1e400›),
+)"#,
     );
 }

@@ -1,5 +1,6 @@
 //! Tests of reading and printing whole models.
 
+mod damage;
 mod mistakes;
 mod random;
 
