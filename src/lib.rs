@@ -1,8 +1,12 @@
 //! placeholder
 pub mod compile;
+pub mod data;
 pub mod diag;
 pub mod eval;
 pub mod graph;
 pub mod lang;
+pub mod linalg;
 pub mod model;
+pub mod problem;
+pub mod solve;
 pub mod unit;

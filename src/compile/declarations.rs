@@ -228,6 +228,12 @@ impl Declarations {
         self.order.iter().map(String::as_str)
     }
 
+    /// Names that are constants or ties of chains.
+    pub(crate) fn constants(&self) -> Vec<String> {
+        let fixed = |name: &&String| matches!(self.symbols.get(*name), Some(Symbol::Constant(..) | Symbol::Tie(..)));
+        self.order.iter().filter(fixed).cloned().collect()
+    }
+
     /// The chain of this name.
     pub(crate) fn chain(&self, name: &str) -> Option<usize> {
         self.chains.iter().position(|chain| chain.name == name)

@@ -29,8 +29,9 @@ pub use program::{
 
 use std::sync::Arc;
 
-use crate::diag::{Code, Diagnostic, Diagnostics, Source};
-use crate::model::Model;
+use crate::diag::{Code, Diagnostic, Diagnostics, Source, Span};
+use crate::model::{Model, Quantity, Text};
+use crate::unit::Dimension;
 use declarations::{Declarations, Symbol};
 use quantity::Quantities;
 use scope::Scope;
@@ -99,16 +100,32 @@ pub fn compile(model: &Model, source: &Arc<Source>, extra: &[String]) -> Result<
     if diagnostics.has_errors() {
         return Err(diagnostics);
     }
+    let constants = declarations.constants();
     let Declarations { units, parameters, .. } = declarations;
     let program = Program {
         name: model.name.value.clone(),
         units,
         parameters,
+        constants,
         measurements,
         scenarios,
         source: Arc::clone(source),
     };
     Ok((program, diagnostics))
+}
+
+/// A constant of a wanted dimension from text outside the model, such as `0.2 mm`, in internal units. A bare number counts in
+/// the model's unit.
+///
+/// # Errors
+/// What is wrong with the text.
+pub fn quantity(program: &Program, text: &str, wanted: Dimension) -> Result<f64, Diagnostics> {
+    let source = Source::new("value", text);
+    let quantities = Quantities::of_units(program.units, &source);
+    let span = Span::new(0, text.len());
+    let text = Text { value: text.to_owned(), span, exact: true };
+    let mut diagnostics = Diagnostics::new();
+    quantities.constant(&Quantity::Text(text), wanted, None, &mut diagnostics).ok_or(diagnostics)
 }
 
 fn in_source(diagnostic: &Diagnostic, name: &str) -> bool {

@@ -17,6 +17,8 @@ pub struct Program {
     pub units: Units,
     /// All parameters, free or held, in the order of their declaration.
     pub parameters: Vec<Parameter>,
+    /// Names that are constants or ties of chains, which nothing can free.
+    pub constants: Vec<String>,
     /// All measurements, in the order of their declaration.
     pub measurements: Vec<Measurement>,
     /// What can be simulated.

@@ -21,6 +21,16 @@ pub(crate) struct Quantities {
 }
 
 impl Quantities {
+    /// The default tolerances with some units.
+    pub(crate) fn of_units(units: Units, source: &Arc<Source>) -> Self {
+        // 0.1 mm and 0.05 mrad, unless the model says otherwise
+        let mm = Unit { factor: 1e-3, dimension: Dimension::LENGTH };
+        let mut tolerances = [None; 5];
+        tolerances[Base::Length as usize] = Some(units.to_internal(0.1, mm));
+        tolerances[Base::Angle as usize] = Some(5e-5);
+        Quantities { units, source: Arc::clone(source), tolerances, number_tolerance: None }
+    }
+
     /// Reads `units` and `tolerances`.
     pub(crate) fn read(model: &Model, source: &Arc<Source>, diagnostics: &mut Diagnostics) -> Self {
         let mut units = Units::default();
@@ -39,11 +49,7 @@ impl Quantities {
                 }
             }
         }
-        let mut all = Quantities { units, source: Arc::clone(source), tolerances: [None; 5], number_tolerance: None };
-        // 0.1 mm and 0.05 mrad, unless the model says otherwise
-        let mm = Unit { factor: 1e-3, dimension: Dimension::LENGTH };
-        all.tolerances[Base::Length as usize] = Some(units.to_internal(0.1, mm));
-        all.tolerances[Base::Angle as usize] = Some(5e-5);
+        let mut all = Quantities::of_units(units, source);
         let declared = [
             &model.tolerances.length,
             &model.tolerances.angle,

@@ -1,0 +1,153 @@
+//! From a program and tables to a problem.
+
+use super::block::{Block, member};
+use super::layout::Layout;
+use super::selection::Selection;
+use super::{Problem, solving::Undefined};
+use crate::compile::{Measurement, Program, Role};
+use crate::data::Table;
+use crate::diag::{Code, Diagnostic, Diagnostics};
+
+/// How residuals are weighted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weights {
+    /// All alike, each in its reported unit: the paper's (25).
+    Unit,
+    /// By the declared standard deviations of the residuals.
+    Sigma,
+}
+
+impl Weights {
+    /// `unit` or `sigma`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Weights::Unit => "unit",
+            Weights::Sigma => "sigma",
+        }
+    }
+}
+
+/// How to bind.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// By default `sigma` where every residual has one, else `unit`.
+    pub weights: Option<Weights>,
+    /// What is freed, fixed, and started from.
+    pub selection: Selection,
+}
+
+impl<'p> Problem<'p> {
+    /// Binds tables (by measurement number) to a program. Measurements without a table take no part.
+    ///
+    /// # Errors
+    /// Unknown names among what is freed, fixed or started from; weights without sigmas; no rows at all.
+    pub fn bind(
+        program: &'p Program,
+        tables: Vec<(usize, Table)>,
+        options: &Options,
+    ) -> Result<(Problem<'p>, Diagnostics), Diagnostics> {
+        let mut diagnostics = Diagnostics::new();
+        let members = members(program, &tables);
+        let mut layout = Layout::new(program, &members);
+        let mut start = options.selection.apply(program, &mut layout, &mut diagnostics);
+        let measurements = || tables.iter().map(|(index, _)| &program.measurements[*index]);
+        if tables.iter().all(|(_, table)| table.rows() == 0) {
+            let found = Diagnostic::error(Code::NoRows, "there are no rows of data");
+            diagnostics.push(found.hint("name a file with `data` in the model, or by `--data MEASUREMENT=FILE`"));
+        }
+        let weights = decide_weights(program, measurements(), options.weights, &mut diagnostics);
+        for (c, coordinate) in layout.coordinates.iter().enumerate() {
+            let inside = start[c].clamp(coordinate.min, coordinate.max);
+            if coordinate.role == Role::Free && inside != start[c] {
+                let message = format!("`{}` starts outside its bounds and was moved to the nearest of them", coordinate.name);
+                diagnostics.push(Diagnostic::warning(Code::StartProjected, message));
+                start[c] = inside;
+            }
+        }
+        if diagnostics.has_errors() {
+            return Err(diagnostics);
+        }
+        let free: Vec<usize> =
+            (0..layout.coordinates.len()).filter(|&c| layout.coordinates[c].role == Role::Free).collect();
+        let scale = free.iter().map(|&c| layout.coordinates[c].tolerance).collect();
+        let blocks = tables
+            .into_iter()
+            .map(|(index, table)| {
+                let measurement = &program.measurements[index];
+                Block::new(program, index, table, whitening(program, measurement, weights), &layout)
+            })
+            .collect();
+        Ok((Problem { program, layout, blocks, weights, start, free, scale }, diagnostics))
+    }
+
+    /// The same rows with other coordinates free.
+    pub fn with_free(&self, free: Vec<usize>) -> Problem<'p> {
+        let scale = free.iter().map(|&c| self.layout.coordinates[c].tolerance).collect();
+        Problem { free, scale, ..self.clone() }
+    }
+
+    /// Whether all residuals have a value at a point.
+    ///
+    /// # Errors
+    /// The first that has none.
+    pub fn check(&self, point: &[f64]) -> Result<(), Undefined> {
+        self.sum_of_squares(point).map(|_| ())
+    }
+}
+
+/// 1/σ of each residual, or, for unit weights, one over the reported unit.
+fn whitening(program: &Program, measurement: &Measurement, weights: Weights) -> Vec<f64> {
+    let weight = |residual: &crate::compile::Residual| match (weights, residual.sigma) {
+        (Weights::Sigma, Some(sigma)) => 1.0 / sigma,
+        _ => program.units.to_reported(1.0, residual.dimension),
+    };
+    measurement.residuals.iter().map(weight).collect()
+}
+
+/// The members of each family: those that are declared, then those that rows name, in their order.
+fn members(program: &Program, tables: &[(usize, Table)]) -> Vec<Vec<String>> {
+    let mut members: Vec<Vec<String>> =
+        program.parameters.iter().map(|p| p.members.iter().map(|(key, _)| key.clone()).collect()).collect();
+    for (index, table) in tables {
+        for slot in &program.measurements[*index].slots {
+            if !program.parameters[slot.parameter].family {
+                continue;
+            }
+            let known = &mut members[slot.parameter];
+            let mut seen: std::collections::HashSet<String> = known.iter().cloned().collect();
+            for row in 0..table.rows() {
+                let key = member(slot, table, row);
+                if seen.insert(key.clone()) {
+                    known.push(key);
+                }
+            }
+        }
+    }
+    members
+}
+
+fn decide_weights<'m>(
+    program: &Program,
+    measurements: impl Iterator<Item = &'m Measurement>,
+    wanted: Option<Weights>,
+    diagnostics: &mut Diagnostics,
+) -> Weights {
+    let measurements: Vec<_> = measurements.collect();
+    let bare = measurements.iter().flat_map(|m| m.residuals.iter().map(move |r| (m, r))).find(|(_, r)| r.sigma.is_none());
+    match (wanted, bare) {
+        (Some(Weights::Sigma), Some((measurement, residual))) => {
+            let message = format!("the residual `{}` of `{}` has no sigma", residual.name, measurement.name);
+            diagnostics.push(Diagnostic::error(Code::SigmaMissing, message).at(&program.source, residual.span));
+            Weights::Sigma
+        }
+        (Some(weights), _) => weights,
+        (None, None) => Weights::Sigma,
+        (None, Some(_)) => {
+            if measurements.iter().any(|m| m.inputs.iter().any(|input| input.sigma.is_some())) {
+                let message = "inputs carry sigmas, but weights propagated from them do not exist yet: all residuals count alike";
+                diagnostics.push(Diagnostic::warning(Code::UnitWeights, message).hint("say `--weights unit` to be rid of this"));
+            }
+            Weights::Unit
+        }
+    }
+}

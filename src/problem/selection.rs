@@ -1,0 +1,72 @@
+//! What the user frees, fixes and starts from.
+
+use super::layout::Layout;
+use crate::compile::{self, Program, Role};
+use crate::diag::{Code, Diagnostic, Diagnostics, did_you_mean};
+
+/// Changes to what the model says of its parameters.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    /// Held at a value (with unit, as text), or else at the start value.
+    pub fix: Vec<(String, Option<String>)>,
+    /// Released.
+    pub free: Vec<String>,
+    /// Starting values in reported units; names of members that the data lack are passed over.
+    pub start: Vec<(String, f64)>,
+}
+
+impl Selection {
+    /// Applies the changes to a layout; gives the point to start from.
+    pub(super) fn apply(&self, program: &Program, layout: &mut Layout, diagnostics: &mut Diagnostics) -> Vec<f64> {
+        let mut point: Vec<f64> = layout.coordinates.iter().map(|c| c.nominal).collect();
+        for (name, value) in &self.start {
+            match layout.find(name) {
+                Some(c) => {
+                    let coordinate = &layout.coordinates[c];
+                    let unit = program.units.unit(coordinate.dimension);
+                    point[c] = program.units.to_internal(*value, unit);
+                }
+                None if compile::coordinates(&program.parameters, name).is_empty() => {
+                    diagnostics.push(unknown(program, name, Code::UnknownParameter));
+                }
+                None => {}
+            }
+        }
+        for name in &self.free {
+            let found = layout.matching(program, name);
+            if found.is_empty() {
+                diagnostics.push(unknown(program, name, Code::UnknownParameter));
+            }
+            for c in found {
+                layout.coordinates[c].role = Role::Free;
+            }
+        }
+        for (name, value) in &self.fix {
+            let found = layout.matching(program, name);
+            if found.is_empty() {
+                diagnostics.push(unknown(program, name, Code::UnknownParameter));
+            }
+            for c in found {
+                let coordinate = &mut layout.coordinates[c];
+                coordinate.role = Role::Held;
+                if let Some(text) = value {
+                    match compile::quantity(program, text, coordinate.dimension) {
+                        Ok(value) => point[c] = value,
+                        Err(mistakes) => diagnostics.extend(mistakes),
+                    }
+                }
+            }
+        }
+        point
+    }
+}
+
+fn unknown(program: &Program, name: &str, code: Code) -> Diagnostic {
+    let names: Vec<&str> = program.parameters.iter().map(|p| p.name.as_str()).collect();
+    let declared = program.constants.iter().any(|constant| constant == name);
+    if declared {
+        let message = format!("`{name}` is a constant or a tie of the model, not a parameter");
+        return Diagnostic::error(Code::NotAdjustable, message).hint("declare it `Free(…)` or `Held(…)` in the model");
+    }
+    Diagnostic::error(code, format!("there is no parameter `{name}`")).maybe_hint(did_you_mean(name, "parameters", &names))
+}

@@ -1,0 +1,170 @@
+//! A [`Problem`] as a solver sees it.
+
+use super::Problem;
+use super::prior::Prior;
+use super::rotation;
+use crate::diag::{Code, Diagnostic};
+use crate::linalg::{LinalgError, Matrix, SquareRootInformation};
+use crate::solve::{LeastSquares, null_space};
+
+/// Rows of the Jacobian folded at a time.
+const CHUNK: usize = 128;
+
+/// Why the residuals have no value or no derivative at a point.
+#[derive(Clone, Debug)]
+pub struct Undefined(pub Box<Diagnostic>);
+
+impl From<LinalgError> for Undefined {
+    fn from(error: LinalgError) -> Self {
+        Undefined(Box::new(Diagnostic::error(Code::UndefinedAtStart, error.to_string())))
+    }
+}
+
+impl std::fmt::Display for Undefined {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0.message)
+    }
+}
+
+impl std::error::Error for Undefined {}
+
+impl Problem<'_> {
+    /// The place of each coordinate among the free ones.
+    pub fn places(&self) -> Vec<Option<usize>> {
+        let mut place = vec![None; self.layout.coordinates.len()];
+        for (k, &coordinate) in self.free.iter().enumerate() {
+            place[coordinate] = Some(k);
+        }
+        place
+    }
+
+    /// QR([J r]) of the data alone, at the table's inputs or at adjusted ones (one vector per block).
+    ///
+    /// # Errors
+    /// Where a residual or a derivative is undefined.
+    pub fn information(&self, point: &[f64], adjusted: Option<&[Vec<f64>]>) -> Result<SquareRootInformation, Undefined> {
+        let n = self.free.len();
+        let place = self.places();
+        let mut information = SquareRootInformation::new(n);
+        let mut chunk = Matrix::zeros(CHUNK, n + 1);
+        let mut filled = 0;
+        for (b, block) in self.blocks.iter().enumerate() {
+            let inputs = adjusted.map(|all| all[b].as_slice());
+            block.jacobians(&self.layout, point, &place, inputs, |row| {
+                for (i, &residual) in row.residuals.iter().enumerate() {
+                    let derivatives = &row.derivatives[i * row.columns.len()..];
+                    for (&column, &derivative) in row.columns.iter().zip(derivatives) {
+                        chunk[(filled, column)] += derivative;
+                    }
+                    chunk[(filled, n)] = residual;
+                    filled += 1;
+                    if filled == CHUNK {
+                        information.absorb(&mut chunk)?;
+                        chunk = Matrix::zeros(CHUNK, n + 1);
+                        filled = 0;
+                    }
+                }
+                Ok(())
+            })?;
+        }
+        if filled > 0 {
+            let mut rest = Matrix::zeros(filled, n + 1);
+            for column in 0..=n {
+                rest.column_mut(column).copy_from_slice(&chunk.column(column)[..filled]);
+            }
+            information.absorb(&mut rest)?;
+        }
+        Ok(information)
+    }
+
+    /// Folds in the rows of the priors.
+    pub(super) fn with_priors(&self, mut information: SquareRootInformation, point: &[f64]) -> Result<SquareRootInformation, Undefined> {
+        let mut rows = Prior::rows(self, point);
+        if rows.rows() > 0 {
+            information.absorb(&mut rows)?;
+        }
+        Ok(information)
+    }
+
+    /// Σ of the squares of the data's whitened residuals.
+    ///
+    /// # Errors
+    /// Where a residual is undefined.
+    pub fn sum_of_squares(&self, point: &[f64]) -> Result<f64, Undefined> {
+        let mut total = 0.0;
+        for block in &self.blocks {
+            let mut sum = 0.0;
+            block.values(&block.measurement.tape, &self.layout, point, |_, values| {
+                sum += values.iter().zip(&block.weights).map(|(r, w)| (r * w).powi(2)).sum::<f64>();
+            })?;
+            total += sum;
+        }
+        if total.is_finite() { Ok(total) } else { Err(LinalgError::NotFinite.into()) }
+    }
+}
+
+impl LeastSquares for Problem<'_> {
+    type Point = Vec<f64>;
+    type Error = Undefined;
+
+    fn dimension(&self) -> usize {
+        self.free.len()
+    }
+
+    fn cost(&self, q: &Vec<f64>) -> Result<f64, Undefined> {
+        Ok(0.5 * (self.sum_of_squares(q)? + Prior::sum_of_squares(self, q)))
+    }
+
+    fn linearise(&self, q: &Vec<f64>) -> Result<SquareRootInformation, Undefined> {
+        self.with_priors(self.information(q, None)?, q)
+    }
+
+    fn retract(&self, q: &Vec<f64>, delta: &[f64]) -> Vec<f64> {
+        let mut moved = q.clone();
+        let mut turns = vec![[0.0; 3]; self.layout.groups.len()];
+        for (&coordinate, &step) in self.free.iter().zip(delta) {
+            let known = &self.layout.coordinates[coordinate];
+            let group = &self.layout.groups[known.group];
+            match group.shape.rotation() {
+                Some(first) if coordinate - group.first >= first => {
+                    turns[known.group][coordinate - group.first - first] = step;
+                }
+                _ => moved[coordinate] = (q[coordinate] + step).clamp(known.min, known.max),
+            }
+        }
+        for (group, turn) in self.layout.groups.iter().zip(turns) {
+            if let Some(first) = group.shape.rotation() {
+                let at = group.first + first;
+                let composed = rotation::compose([q[at], q[at + 1], q[at + 2]], turn);
+                moved[at..at + 3].copy_from_slice(&composed);
+            }
+        }
+        moved
+    }
+
+    fn offset(&self, q: &Vec<f64>) -> Vec<f64> {
+        let all = Prior::offsets(self, q);
+        self.free.iter().map(|&coordinate| all[coordinate]).collect()
+    }
+
+    fn scale(&self) -> &[f64] {
+        &self.scale
+    }
+
+    fn magnitude(&self, q: &Vec<f64>) -> Vec<f64> {
+        self.free.iter().map(|&c| q[c].abs().max(self.layout.coordinates[c].tolerance)).collect()
+    }
+
+    fn bounds(&self, q: &Vec<f64>) -> (Vec<f64>, Vec<f64>) {
+        let bound = |f: fn(&super::Coordinate) -> f64| self.free.iter().map(|&c| f(&self.layout.coordinates[c]) - q[c]).collect();
+        (bound(|c| c.min), bound(|c| c.max))
+    }
+
+    /// Judged where the inputs are consistent with q: at noisy inputs a symmetry of the model shows as a small singular
+    /// value, and would be taken for knowledge.
+    fn invisible(&self, q: &Vec<f64>, _: &SquareRootInformation) -> Result<Vec<Vec<f64>>, Undefined> {
+        let consistent = self.consistent_inputs(q);
+        let information = self.with_priors(self.information(q, Some(&consistent))?, q)?;
+        Ok(null_space(&information, &self.scale)?.basis)
+    }
+}
