@@ -3,6 +3,7 @@ pub mod compile;
 pub mod data;
 pub mod diag;
 pub mod eval;
+pub mod fit;
 pub mod graph;
 pub mod lang;
 pub mod linalg;

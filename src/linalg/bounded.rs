@@ -19,8 +19,8 @@
 
 use super::matrix::add_scaled;
 use super::{
-    LinalgError, Matrix, SquareRootInformation, dot, norm, orthonormalise, reciprocal_condition,
-    same_size, solve_upper, svd,
+    LinalgError, Matrix, SquareRootInformation, dot, norm, orthonormalise, reciprocal_condition, same_size,
+    solve_upper, svd,
 };
 
 /// Where a coordinate is with respect to its bounds.
@@ -85,21 +85,12 @@ pub fn bounded_least_squares(
     }
     for j in 0..n {
         // Written so that a NaN fails too.
-        let sensible =
-            lower[j] <= upper[j] && lower[j] < f64::INFINITY && upper[j] > f64::NEG_INFINITY;
+        let sensible = lower[j] <= upper[j] && lower[j] < f64::INFINITY && upper[j] > f64::NEG_INFINITY;
         if !sensible {
             return Err(LinalgError::EmptyBox(j));
         }
     }
-    let mut search = ActiveSet {
-        a,
-        d,
-        lower,
-        upper,
-        norms: a.column_norms(),
-        delta: vec![0.0; n],
-        active: vec![],
-    };
+    let mut search = ActiveSet { a, d, lower, upper, norms: a.column_norms(), delta: vec![0.0; n], active: vec![] };
     search.begin(start)?;
     search.run()
 }
@@ -142,11 +133,7 @@ impl ActiveSet<'_> {
 
     fn hold(&mut self, j: usize, bound: Bound) {
         self.active[j] = bound;
-        self.delta[j] = if bound == Bound::Upper {
-            self.upper[j]
-        } else {
-            self.lower[j]
-        };
+        self.delta[j] = if bound == Bound::Upper { self.upper[j] } else { self.lower[j] };
     }
 
     fn run(mut self) -> Result<BoundedSolution, LinalgError> {
@@ -163,8 +150,7 @@ impl ActiveSet<'_> {
             let before = self.delta.clone();
             for (j, step_j) in step.iter().enumerate() {
                 if self.active[j] == Bound::Free {
-                    self.delta[j] =
-                        (self.delta[j] + alpha * step_j).clamp(self.lower[j], self.upper[j]);
+                    self.delta[j] = (self.delta[j] + alpha * step_j).clamp(self.lower[j], self.upper[j]);
                 }
             }
             if self.has_moved(&before) {
@@ -179,13 +165,8 @@ impl ActiveSet<'_> {
             // A minimiser over the free coordinates: which active one should be freed?
             let multipliers = self.gradient();
             let worst = (0..n)
-                .filter(|&j| {
-                    !barred[j] && self.wrong_side(j, multipliers[j]) > f64::EPSILON * (8 + n) as f64
-                })
-                .max_by(|&i, &j| {
-                    self.wrong_side(i, multipliers[i])
-                        .total_cmp(&self.wrong_side(j, multipliers[j]))
-                });
+                .filter(|&j| !barred[j] && self.wrong_side(j, multipliers[j]) > f64::EPSILON * (8 + n) as f64)
+                .max_by(|&i, &j| self.wrong_side(i, multipliers[i]).total_cmp(&self.wrong_side(j, multipliers[j])));
             match worst {
                 Some(j) => {
                     self.active[j] = Bound::Free;
@@ -195,18 +176,8 @@ impl ActiveSet<'_> {
             }
         }
         let gradient = self.gradient();
-        let violation = (0..n).fold(0.0_f64, |worst, j| {
-            worst.max(self.wrong_side(j, gradient[j]))
-        });
-        let multipliers = (0..n)
-            .map(|j| {
-                if self.active[j] == Bound::Free {
-                    0.0
-                } else {
-                    gradient[j]
-                }
-            })
-            .collect();
+        let violation = (0..n).fold(0.0_f64, |worst, j| worst.max(self.wrong_side(j, gradient[j])));
+        let multipliers = (0..n).map(|j| if self.active[j] == Bound::Free { 0.0 } else { gradient[j] }).collect();
         Ok(BoundedSolution {
             delta: self.delta,
             active: self.active,
@@ -225,13 +196,7 @@ impl ActiveSet<'_> {
 
     /// ‖d‖ + Σₖ‖Aₖ‖|δₖ|: what A δ + d could add up to.
     fn terms(&self) -> f64 {
-        norm(self.d)
-            + self
-                .delta
-                .iter()
-                .zip(&self.norms)
-                .map(|(x, norm)| x.abs() * norm)
-                .sum::<f64>()
+        norm(self.d) + self.delta.iter().zip(&self.norms).map(|(x, norm)| x.abs() * norm).sum::<f64>()
     }
 
     /// A δ + d.
@@ -282,22 +247,15 @@ impl ActiveSet<'_> {
 
     /// The shortest s over the free coordinates that minimises ‖A s + residual‖.
     fn free_step(&self, residual: &[f64]) -> Result<Vec<f64>, LinalgError> {
-        let free: Vec<usize> = (0..self.delta.len())
-            .filter(|&j| self.active[j] == Bound::Free && self.norms[j] > 0.0)
-            .collect();
+        let free: Vec<usize> =
+            (0..self.delta.len()).filter(|&j| self.active[j] == Bound::Free && self.norms[j] > 0.0).collect();
         let p = free.len();
         let mut step = vec![0.0; self.delta.len()];
         if p == 0 {
             return Ok(step);
         }
         let mut columns: Vec<Vec<f64>> = Vec::with_capacity(p + 1);
-        columns.extend(free.iter().map(|&j| {
-            self.a
-                .column(j)
-                .iter()
-                .map(|entry| entry / self.norms[j])
-                .collect()
-        }));
+        columns.extend(free.iter().map(|&j| self.a.column(j).iter().map(|entry| entry / self.norms[j]).collect()));
         columns.push(residual.to_vec());
         let mut information = SquareRootInformation::new(p);
         information.absorb(&mut Matrix::from_columns(residual.len(), &columns))?;
@@ -323,19 +281,9 @@ fn shortest(information: &SquareRootInformation, norms: &[f64]) -> Result<Vec<f6
     let decomposition = svd(information.r())?;
     let (mut step, mut unseen) = (vec![0.0; p], Vec::new());
     for (k, &sigma) in decomposition.sigma.iter().enumerate() {
-        let v: Vec<f64> = decomposition
-            .v
-            .column(k)
-            .iter()
-            .zip(norms)
-            .map(|(v, norm)| v / norm)
-            .collect();
+        let v: Vec<f64> = decomposition.v.column(k).iter().zip(norms).map(|(v, norm)| v / norm).collect();
         if sigma > negligible * decomposition.sigma[0] {
-            add_scaled(
-                &mut step,
-                dot(decomposition.u.column(k), &negative) / sigma,
-                &v,
-            );
+            add_scaled(&mut step, dot(decomposition.u.column(k), &negative) / sigma, &v);
         } else {
             unseen.push(v);
         }

@@ -31,12 +31,7 @@ impl SquareRootInformation {
     /// No rows yet, for n parameters.
     #[must_use]
     pub fn new(n: usize) -> Self {
-        Self {
-            r: Matrix::zeros(n, n),
-            d: vec![0.0; n],
-            rest: 0.0,
-            rows: 0,
-        }
+        Self { r: Matrix::zeros(n, n), d: vec![0.0; n], rest: 0.0, rows: 0 }
     }
 
     /// QR(\[A d\]) of a whole matrix.
@@ -174,11 +169,7 @@ impl SquareRootInformation {
             for j in k + 1..=n {
                 let (v, column) = block.pair_mut(k, j);
                 let (v, column) = (&v[..height_k], &mut column[..height_k]);
-                let top = if j < n {
-                    &mut self.r[(k, j)]
-                } else {
-                    &mut self.d[k]
-                };
+                let top = if j < n { &mut self.r[(k, j)] } else { &mut self.d[k] };
                 let s = tau * (*top + dot(v, column));
                 *top -= s;
                 add_scaled(column, -s, v);
@@ -200,12 +191,7 @@ mod tests {
 
     /// A block of `rows` × (n + 1) filled from a list.
     fn block(rows: usize, n: usize, entries: &[f64]) -> Matrix {
-        Matrix::from_columns(
-            rows,
-            &(0..=n)
-                .map(|j| &entries[j * rows..(j + 1) * rows])
-                .collect::<Vec<_>>(),
-        )
+        Matrix::from_columns(rows, &(0..=n).map(|j| &entries[j * rows..(j + 1) * rows]).collect::<Vec<_>>())
     }
 
     fn close(a: f64, b: f64, scale: f64) -> bool {
@@ -261,19 +247,11 @@ mod tests {
     #[test]
     fn refuses_what_is_not_finite_and_stays_as_it_was() {
         let mut information = SquareRootInformation::new(1);
-        information
-            .absorb(&mut Matrix::from_rows(2, &[[2.0, 1.0]]))
-            .unwrap();
+        information.absorb(&mut Matrix::from_rows(2, &[[2.0, 1.0]])).unwrap();
         let before = information.clone();
         for bad in [f64::NAN, f64::INFINITY, 1e200] {
-            assert_eq!(
-                information.absorb(&mut Matrix::from_rows(2, &[[bad, 1.0]])),
-                Err(LinalgError::NotFinite)
-            );
-            assert_eq!(
-                information.absorb(&mut Matrix::from_rows(2, &[[1.0, bad]])),
-                Err(LinalgError::NotFinite)
-            );
+            assert_eq!(information.absorb(&mut Matrix::from_rows(2, &[[bad, 1.0]])), Err(LinalgError::NotFinite));
+            assert_eq!(information.absorb(&mut Matrix::from_rows(2, &[[1.0, bad]])), Err(LinalgError::NotFinite));
         }
         assert!(information.absorb(&mut Matrix::zeros(1, 3)).is_err());
         assert!(information.merge(&SquareRootInformation::new(2)).is_err());
@@ -284,8 +262,7 @@ mod tests {
     fn large_and_small_entries_keep_their_digits() {
         for unit in [1e149, 1e-149, 1e-200] {
             let mut information = SquareRootInformation::new(2);
-            let mut rows =
-                Matrix::from_rows(3, &[[3.0 * unit, 0.0, 1.0], [4.0 * unit, 5.0 * unit, 2.0]]);
+            let mut rows = Matrix::from_rows(3, &[[3.0 * unit, 0.0, 1.0], [4.0 * unit, 5.0 * unit, 2.0]]);
             information.absorb(&mut rows).unwrap();
             assert!((information.r()[(0, 0)].abs() / (5.0 * unit) - 1.0).abs() < 1e-15);
             assert!((information.r()[(1, 1)].abs() / (3.0 * unit) - 1.0).abs() < 1e-15);
@@ -296,12 +273,7 @@ mod tests {
     #[test]
     fn parts_round_trip() {
         let mut information = SquareRootInformation::new(2);
-        information
-            .absorb(&mut Matrix::from_rows(
-                3,
-                &[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 9.0, 9.0]],
-            ))
-            .unwrap();
+        information.absorb(&mut Matrix::from_rows(3, &[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 9.0, 9.0]])).unwrap();
         let again = SquareRootInformation::from_parts(
             information.r().clone(),
             information.d().to_vec(),
@@ -309,12 +281,7 @@ mod tests {
             information.rows(),
         );
         assert_eq!(again.as_ref(), Ok(&information));
-        assert!(
-            SquareRootInformation::from_parts(Matrix::zeros(2, 2), vec![0.0; 2], -1.0, 0).is_err()
-        );
-        assert!(
-            SquareRootInformation::from_parts(Matrix::zeros(2, 2), vec![f64::NAN; 2], 0.0, 0)
-                .is_err()
-        );
+        assert!(SquareRootInformation::from_parts(Matrix::zeros(2, 2), vec![0.0; 2], -1.0, 0).is_err());
+        assert!(SquareRootInformation::from_parts(Matrix::zeros(2, 2), vec![f64::NAN; 2], 0.0, 0).is_err());
     }
 }

@@ -21,11 +21,7 @@ impl Matrix {
     /// All zeros.
     #[must_use]
     pub fn zeros(rows: usize, columns: usize) -> Self {
-        Self {
-            rows,
-            columns,
-            data: vec![0.0; rows * columns],
-        }
+        Self { rows, columns, data: vec![0.0; rows * columns] }
     }
 
     /// The identity.
@@ -88,10 +84,7 @@ impl Matrix {
     /// Columns k < j, both to be changed.
     pub(super) fn both_mut(&mut self, k: usize, j: usize) -> (&mut [f64], &mut [f64]) {
         let (head, tail) = self.data.split_at_mut(j * self.rows);
-        (
-            &mut head[k * self.rows..(k + 1) * self.rows],
-            &mut tail[..self.rows],
-        )
+        (&mut head[k * self.rows..(k + 1) * self.rows], &mut tail[..self.rows])
     }
 
     /// Column k to be read and column j > k to be changed.
@@ -129,9 +122,7 @@ impl Matrix {
     pub fn mul(&self, other: &Self) -> Self {
         let mut product = Self::zeros(self.rows, other.columns);
         for j in 0..other.columns {
-            product
-                .column_mut(j)
-                .copy_from_slice(&self.mul_vec(other.column(j)));
+            product.column_mut(j).copy_from_slice(&self.mul_vec(other.column(j)));
         }
         product
     }
@@ -205,15 +196,9 @@ pub fn dot(x: &[f64], y: &[f64]) -> f64 {
         }
     }
     // Where y is longer than x, what x has left over stands against y's next chunk.
-    let y_rest = if let Some(next) = y.get(x.len()) {
-        next.as_slice()
-    } else {
-        y_rest
-    };
+    let y_rest = if let Some(next) = y.get(x.len()) { next.as_slice() } else { y_rest };
     let rest: f64 = x_rest.iter().zip(y_rest).map(|(a, b)| a * b).sum();
-    ((lanes[0] + lanes[4]) + (lanes[2] + lanes[6]))
-        + ((lanes[1] + lanes[5]) + (lanes[3] + lanes[7]))
-        + rest
+    ((lanes[0] + lanes[4]) + (lanes[2] + lanes[6])) + ((lanes[1] + lanes[5]) + (lanes[3] + lanes[7])) + rest
 }
 
 /// y += a x.
@@ -232,9 +217,7 @@ pub fn norm(x: &[f64]) -> f64 {
     if SAFE.contains(&squares) {
         return squares.sqrt();
     }
-    let largest = x
-        .iter()
-        .fold(0.0_f64, |largest, x_i| largest.max(x_i.abs()));
+    let largest = x.iter().fold(0.0_f64, |largest, x_i| largest.max(x_i.abs()));
     if largest == 0.0 || !largest.is_finite() {
         // `max` drops a NaN; the sum of squares keeps it.
         return if squares.is_nan() { f64::NAN } else { largest };
@@ -277,16 +260,10 @@ mod tests {
     #[test]
     fn products_agree_with_the_definition() {
         let a = Matrix::from_rows(3, &[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
-        assert_eq!(
-            a.mul(&a.transpose()),
-            Matrix::from_rows(2, &[[14.0, 32.0], [32.0, 77.0]])
-        );
+        assert_eq!(a.mul(&a.transpose()), Matrix::from_rows(2, &[[14.0, 32.0], [32.0, 77.0]]));
         assert_eq!(a.mul(&Matrix::identity(3)), a);
         assert_eq!(a.transpose_mul_vec(&[1.0, -1.0]), [-3.0; 3]);
-        assert_eq!(
-            Matrix::from_columns(2, &[[1.0, 4.0], [2.0, 5.0], [3.0, 6.0]]),
-            a
-        );
+        assert_eq!(Matrix::from_columns(2, &[[1.0, 4.0], [2.0, 5.0], [3.0, 6.0]]), a);
         assert_eq!(a.scale_columns(&[1.0, 0.0, 2.0]).column(2), [6.0, 12.0]);
     }
 
@@ -313,12 +290,7 @@ mod tests {
 
     #[test]
     fn orthonormalise_drops_what_depends() {
-        let mut vectors = vec![
-            vec![1.0, 1.0, 0.0],
-            vec![2.0, 2.0, 1e-14],
-            vec![0.0, 0.0, 0.0],
-            vec![0.0, 1.0, 1.0],
-        ];
+        let mut vectors = vec![vec![1.0, 1.0, 0.0], vec![2.0, 2.0, 1e-14], vec![0.0, 0.0, 0.0], vec![0.0, 1.0, 1.0]];
         orthonormalise(&mut vectors);
         assert_eq!(vectors.len(), 2);
         assert!(dot(&vectors[0], &vectors[1]).abs() < 1e-16);

@@ -52,9 +52,5 @@ pub enum LinalgError {
 
 /// `Ok` if `found` is `expected`.
 fn same_size(expected: usize, found: usize) -> Result<(), LinalgError> {
-    if expected == found {
-        Ok(())
-    } else {
-        Err(LinalgError::Shape { expected, found })
-    }
+    if expected == found { Ok(()) } else { Err(LinalgError::Shape { expected, found }) }
 }

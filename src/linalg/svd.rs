@@ -31,16 +31,9 @@ pub fn svd(matrix: &Matrix) -> Result<Svd, LinalgError> {
         return Err(LinalgError::NotFinite);
     }
     let n = matrix.columns();
-    let largest = matrix
-        .as_slice()
-        .iter()
-        .fold(0.0_f64, |largest, entry| largest.max(entry.abs()));
+    let largest = matrix.as_slice().iter().fold(0.0_f64, |largest, entry| largest.max(entry.abs()));
     // A power of two as unit, so that no square overflows and no digit is lost.
-    let exponent = if largest > 0.0 {
-        largest.log2().floor().clamp(-1000.0, 1000.0)
-    } else {
-        0.0
-    };
+    let exponent = if largest > 0.0 { largest.log2().floor().clamp(-1000.0, 1000.0) } else { 0.0 };
     let unit = exponent.exp2();
     let mut u = matrix.scale_columns(&vec![1.0 / unit; n]);
     let mut v = Matrix::identity(n);
@@ -62,16 +55,9 @@ pub fn svd(matrix: &Matrix) -> Result<Svd, LinalgError> {
     let norms = u.column_norms();
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|&a, &b| norms[b].total_cmp(&norms[a]));
-    let pick = |from: &Matrix| {
-        Matrix::from_columns(
-            from.rows(),
-            &order.iter().map(|&k| from.column(k)).collect::<Vec<_>>(),
-        )
-    };
-    let inverse: Vec<f64> = order
-        .iter()
-        .map(|&k| if norms[k] > 0.0 { 1.0 / norms[k] } else { 0.0 })
-        .collect();
+    let pick =
+        |from: &Matrix| Matrix::from_columns(from.rows(), &order.iter().map(|&k| from.column(k)).collect::<Vec<_>>());
+    let inverse: Vec<f64> = order.iter().map(|&k| if norms[k] > 0.0 { 1.0 / norms[k] } else { 0.0 }).collect();
     Ok(Svd {
         u: pick(&u).scale_columns(&inverse),
         sigma: order.iter().map(|&k| norms[k] * unit).collect(),
@@ -97,11 +83,7 @@ fn rotate(u: &mut Matrix, v: &mut Matrix, i: usize, j: usize) -> bool {
     }
     // Rutishauser's stable form: t = tan θ is the smaller root of t² + 2ζt − 1 = 0.
     let zeta = (b - a) / (2.0 * c);
-    let t = if zeta.is_finite() {
-        1.0_f64.copysign(zeta) / (zeta.abs() + 1.0_f64.hypot(zeta))
-    } else {
-        0.0
-    };
+    let t = if zeta.is_finite() { 1.0_f64.copysign(zeta) / (zeta.abs() + 1.0_f64.hypot(zeta)) } else { 0.0 };
     let cosine = 1.0 / 1.0_f64.hypot(t);
     let sine = cosine * t;
     for matrix in [u, v] {
@@ -121,19 +103,18 @@ mod tests {
     fn check(matrix: &Matrix) -> Result<(), TestCaseError> {
         let Svd { u, sigma, v } = svd(matrix).expect("finite");
         let scale = sigma[0].max(f64::MIN_POSITIVE);
-        prop_assert!(
-            sigma.windows(2).all(|pair| pair[0] >= pair[1]) && sigma.iter().all(|&s| s >= 0.0)
-        );
+        prop_assert!(sigma.windows(2).all(|pair| pair[0] >= pair[1]) && sigma.iter().all(|&s| s >= 0.0));
         let again = u.scale_columns(&sigma).mul(&v.transpose());
         for (a, b) in again.as_slice().iter().zip(matrix.as_slice()) {
             prop_assert!((a - b).abs() <= 1e-13 * scale, "{a} {b}");
         }
+        let seen = sigma.iter().filter(|&&s| s > 1e-14 * scale).count();
+        let left: Vec<&[f64]> = (0..seen).map(|k| u.column(k)).collect();
+        for (i, a) in left.iter().enumerate() {
+            prop_assert!(left[..i].iter().all(|b| dot(a, b).abs() <= 1e-14));
+        }
         let gram = v.transpose().mul(&v);
-        for (a, b) in gram
-            .as_slice()
-            .iter()
-            .zip(Matrix::identity(v.rows()).as_slice())
-        {
+        for (a, b) in gram.as_slice().iter().zip(Matrix::identity(v.rows()).as_slice()) {
             prop_assert!((a - b).abs() <= 1e-13);
         }
         Ok(())
@@ -166,14 +147,8 @@ mod tests {
         check(&Matrix::zeros(3, 2)).unwrap();
         assert_eq!(svd(&Matrix::zeros(0, 2)).unwrap().sigma, [0.0, 0.0]);
         assert!(svd(&Matrix::zeros(0, 0)).unwrap().sigma.is_empty());
-        assert_eq!(
-            svd(&Matrix::from_rows(1, &[[f64::NAN]])),
-            Err(LinalgError::NotFinite)
-        );
-        assert_eq!(
-            svd(&Matrix::from_rows(1, &[[f64::INFINITY]])),
-            Err(LinalgError::NotFinite)
-        );
+        assert_eq!(svd(&Matrix::from_rows(1, &[[f64::NAN]])), Err(LinalgError::NotFinite));
+        assert_eq!(svd(&Matrix::from_rows(1, &[[f64::INFINITY]])), Err(LinalgError::NotFinite));
     }
 
     #[test]

@@ -55,26 +55,14 @@ pub fn reciprocal_condition(r: &Matrix) -> f64 {
             return 0.0;
         };
         unit[k] = 0.0;
-        squares += column
-            .iter()
-            .zip(&norms)
-            .map(|(x, norm)| (x * norm).powi(2))
-            .sum::<f64>();
+        squares += column.iter().zip(&norms).map(|(x, norm)| (x * norm).powi(2)).sum::<f64>();
     }
     let reciprocal = 1.0 / (squares * n as f64).sqrt();
-    if reciprocal.is_finite() {
-        reciprocal
-    } else {
-        0.0
-    }
+    if reciprocal.is_finite() { reciprocal } else { 0.0 }
 }
 
 fn finite(x: Vec<f64>) -> Result<Vec<f64>, LinalgError> {
-    if x.iter().all(|x_i| x_i.is_finite()) {
-        Ok(x)
-    } else {
-        Err(LinalgError::NotFinite)
-    }
+    if x.iter().all(|x_i| x_i.is_finite()) { Ok(x) } else { Err(LinalgError::NotFinite) }
 }
 
 #[cfg(test)]
@@ -88,28 +76,16 @@ mod tests {
     #[test]
     fn both_substitutions_solve() {
         // The nines below the diagonal must not be read.
-        assert_eq!(
-            solve_upper(&r(), &[2.0, 11.0, 0.5]).unwrap(),
-            [0.5, 2.0, 1.0]
-        );
-        assert_eq!(
-            solve_upper_transposed(&r(), &[2.0, 9.0, 5.5]).unwrap(),
-            [1.0, 2.0, 1.0]
-        );
+        assert_eq!(solve_upper(&r(), &[2.0, 11.0, 0.5]).unwrap(), [0.5, 2.0, 1.0]);
+        assert_eq!(solve_upper_transposed(&r(), &[2.0, 9.0, 5.5]).unwrap(), [1.0, 2.0, 1.0]);
     }
 
     #[test]
     fn a_zero_on_the_diagonal_is_named() {
         let mut singular = r();
         singular[(1, 1)] = 0.0;
-        assert_eq!(
-            solve_upper(&singular, &[1.0; 3]),
-            Err(LinalgError::Singular(1))
-        );
-        assert_eq!(
-            solve_upper_transposed(&singular, &[1.0; 3]),
-            Err(LinalgError::Singular(1))
-        );
+        assert_eq!(solve_upper(&singular, &[1.0; 3]), Err(LinalgError::Singular(1)));
+        assert_eq!(solve_upper_transposed(&singular, &[1.0; 3]), Err(LinalgError::Singular(1)));
         assert_eq!(reciprocal_condition(&singular), 0.0);
         assert!(solve_upper(&r(), &[1.0; 2]).is_err());
     }

@@ -59,7 +59,8 @@ impl<'p> Problem<'p> {
         for (c, coordinate) in layout.coordinates.iter().enumerate() {
             let inside = start[c].clamp(coordinate.min, coordinate.max);
             if coordinate.role == Role::Free && inside != start[c] {
-                let message = format!("`{}` starts outside its bounds and was moved to the nearest of them", coordinate.name);
+                let message =
+                    format!("`{}` starts outside its bounds and was moved to the nearest of them", coordinate.name);
                 diagnostics.push(Diagnostic::warning(Code::StartProjected, message));
                 start[c] = inside;
             }
@@ -133,7 +134,8 @@ fn decide_weights<'m>(
     diagnostics: &mut Diagnostics,
 ) -> Weights {
     let measurements: Vec<_> = measurements.collect();
-    let bare = measurements.iter().flat_map(|m| m.residuals.iter().map(move |r| (m, r))).find(|(_, r)| r.sigma.is_none());
+    let bare =
+        measurements.iter().flat_map(|m| m.residuals.iter().map(move |r| (m, r))).find(|(_, r)| r.sigma.is_none());
     match (wanted, bare) {
         (Some(Weights::Sigma), Some((measurement, residual))) => {
             let message = format!("the residual `{}` of `{}` has no sigma", residual.name, measurement.name);
@@ -144,8 +146,11 @@ fn decide_weights<'m>(
         (None, None) => Weights::Sigma,
         (None, Some(_)) => {
             if measurements.iter().any(|m| m.inputs.iter().any(|input| input.sigma.is_some())) {
-                let message = "inputs carry sigmas, but weights propagated from them do not exist yet: all residuals count alike";
-                diagnostics.push(Diagnostic::warning(Code::UnitWeights, message).hint("say `--weights unit` to be rid of this"));
+                let message =
+                    "inputs carry sigmas, but weights propagated from them do not exist yet: all residuals count alike";
+                diagnostics.push(
+                    Diagnostic::warning(Code::UnitWeights, message).hint("say `--weights unit` to be rid of this"),
+                );
             }
             Weights::Unit
         }

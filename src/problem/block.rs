@@ -214,14 +214,24 @@ impl<'p> Block<'p> {
                 let operation = undefined.operation.row();
                 let residual = undefined.spoils.first().and_then(|&i| self.measurement.residuals.get(i));
                 let missing = if (operation.defined)(undefined.x, undefined.y) { "derivative" } else { "value" };
-                (format!("`{}` has no {missing} at {}; it is defined {}", operation.name, arguments(undefined), operation.domain), residual)
+                (
+                    format!(
+                        "`{}` has no {missing} at {}; it is defined {}",
+                        operation.name,
+                        arguments(undefined),
+                        operation.domain
+                    ),
+                    residual,
+                )
             }
             None => ("a number is too large".to_owned(), None),
         };
         let name = residual.map_or(String::new(), |residual| format!(", residual `{}`", residual.name));
         let message = format!("measurement `{}`, row {}{name}: {what}", self.measurement.name, row + 1);
         let hint = match found.map(|undefined| undefined.operation) {
-            Some(crate::graph::Operation::AtLeast) => "the row is at the edge of what the model describes, such as parallel lines of sight: correct or remove it",
+            Some(crate::graph::Operation::AtLeast) => {
+                "the row is at the edge of what the model describes, such as parallel lines of sight: correct or remove it"
+            }
             _ => "start elsewhere, or correct the row",
         };
         let diagnostic = Diagnostic::error(Code::UndefinedAtStart, message).at_data(self.table.place(row)).hint(hint);

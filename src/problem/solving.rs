@@ -42,7 +42,11 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// Where a residual or a derivative is undefined.
-    pub fn information(&self, point: &[f64], adjusted: Option<&[Vec<f64>]>) -> Result<SquareRootInformation, Undefined> {
+    pub fn information(
+        &self,
+        point: &[f64],
+        adjusted: Option<&[Vec<f64>]>,
+    ) -> Result<SquareRootInformation, Undefined> {
         let n = self.free.len();
         let place = self.places();
         let mut information = SquareRootInformation::new(n);
@@ -78,7 +82,11 @@ impl Problem<'_> {
     }
 
     /// Folds in the rows of the priors.
-    pub(super) fn with_priors(&self, mut information: SquareRootInformation, point: &[f64]) -> Result<SquareRootInformation, Undefined> {
+    pub(super) fn with_priors(
+        &self,
+        mut information: SquareRootInformation,
+        point: &[f64],
+    ) -> Result<SquareRootInformation, Undefined> {
         let mut rows = Prior::rows(self, point);
         if rows.rows() > 0 {
             information.absorb(&mut rows)?;
@@ -156,7 +164,9 @@ impl LeastSquares for Problem<'_> {
     }
 
     fn bounds(&self, q: &Vec<f64>) -> (Vec<f64>, Vec<f64>) {
-        let bound = |f: fn(&super::Coordinate) -> f64| self.free.iter().map(|&c| f(&self.layout.coordinates[c]) - q[c]).collect();
+        let bound = |f: fn(&super::Coordinate) -> f64| {
+            self.free.iter().map(|&c| f(&self.layout.coordinates[c]) - q[c]).collect()
+        };
         (bound(|c| c.min), bound(|c| c.max))
     }
 

@@ -30,41 +30,24 @@ pub(super) fn datum_step(
     /// κ as a share of ‖R' D⁻¹‖: small beside what is seen, large beside rounding.
     const WEIGHT: f64 = 1e-4;
     let n = scale.len();
-    let straight: Vec<f64> = target
-        .iter()
-        .zip(scale)
-        .map(|(z, scale)| z * scale)
-        .collect();
+    let straight: Vec<f64> = target.iter().zip(scale).map(|(z, scale)| z * scale).collect();
     if (0..n).all(|j| linear.lower[j] <= straight[j] && straight[j] <= linear.upper[j]) {
         return Ok(straight);
     }
     let inverse: Vec<f64> = diagonal.iter().map(|d| 1.0 / d).collect();
     let m = linear.visible.scale_columns(&inverse);
-    let mut rows: Vec<Vec<f64>> = (0..n)
-        .map(|i| (0..n).map(|j| m[(i, j)]).collect())
-        .collect();
+    let mut rows: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| m[(i, j)]).collect()).collect();
     let mut d = vec![0.0; n];
     for direction in basis {
-        let row: Vec<f64> = (0..n)
-            .map(|j| direction[j] / scale[j] / diagonal[j])
-            .collect();
+        let row: Vec<f64> = (0..n).map(|j| direction[j] / scale[j] / diagonal[j]).collect();
         let weight = WEIGHT * m.norm().max(f64::MIN_POSITIVE) / norm(&row);
         d.push(-weight * dot(direction, target));
         rows.push(row.iter().map(|entry| entry * weight).collect());
     }
-    let in_w = |bounds: &[f64]| {
-        bounds
-            .iter()
-            .zip(diagonal)
-            .map(|(bound, d)| bound * d)
-            .collect::<Vec<_>>()
-    };
+    let in_w = |bounds: &[f64]| bounds.iter().zip(diagonal).map(|(bound, d)| bound * d).collect::<Vec<_>>();
     let (lower, upper) = (in_w(linear.lower), in_w(linear.upper));
     let pursued = bounded_least_squares(&Matrix::from_rows(n, &rows), &d, &lower, &upper, None)?;
-    let start = Start {
-        delta: pursued.delta,
-        active: pursued.active,
-    };
+    let start = Start { delta: pursued.delta, active: pursued.active };
     let unseen = bounded_least_squares(&m, &vec![0.0; n], &lower, &upper, Some(&start))?;
     Ok((0..n)
         .map(|j| match unseen.active[j] {

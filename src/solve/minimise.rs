@@ -43,21 +43,13 @@ pub fn minimise<L: LeastSquares>(
     if information.dimension() != problem.dimension() {
         return Err(StartError::Problem("linearisation"));
     }
-    let invisible = problem
-        .invisible(&start, &information)
-        .map_err(StartError::Undefined)?;
-    search.evaluations = Evaluations {
-        costs: 1,
-        linearisations: 1,
-        ranks: 1,
-    };
+    let invisible = problem.invisible(&start, &information).map_err(StartError::Undefined)?;
+    search.evaluations = Evaluations { costs: 1, linearisations: 1, ranks: 1 };
     search.restricted = !invisible.is_empty();
     search.start_residual = (2.0 * information.cost()).sqrt();
     let state = search.state(start, cost, information, invisible);
     let (state, status, datum) = search.run(state);
-    let active = (0..problem.dimension())
-        .map(|j| state.on_bound(j))
-        .collect();
+    let active = (0..problem.dimension()).map(|j| state.on_bound(j)).collect();
     Ok(Solution {
         point: state.point,
         status,
@@ -98,11 +90,7 @@ impl<'a, L: LeastSquares> Search<'a, L> {
     fn new(problem: &'a L, settings: &'a Settings) -> Result<Self, StartError<L::Error>> {
         let n = problem.dimension();
         let scale = problem.scale();
-        if scale.len() != n
-            || scale
-                .iter()
-                .any(|&scale| !(scale > 0.0 && scale.is_finite()))
-        {
+        if scale.len() != n || scale.iter().any(|&scale| !(scale > 0.0 && scale.is_finite())) {
             return Err(StartError::Problem("tolerances"));
         }
         Ok(Self {
@@ -124,18 +112,11 @@ impl<'a, L: LeastSquares> Search<'a, L> {
         let (lower, upper) = self.problem.bounds(&start);
         let sensible = lower.len() == n
             && upper.len() == n
-            && lower
-                .iter()
-                .zip(&upper)
-                .all(|(&l, &u)| l <= u && l < f64::INFINITY && u > f64::NEG_INFINITY);
+            && lower.iter().zip(&upper).all(|(&l, &u)| l <= u && l < f64::INFINITY && u > f64::NEG_INFINITY);
         if !sensible {
             return Err(StartError::Problem("bounds"));
         }
-        let delta: Vec<f64> = lower
-            .iter()
-            .zip(&upper)
-            .map(|(&lower, &upper)| 0.0_f64.clamp(lower, upper))
-            .collect();
+        let delta: Vec<f64> = lower.iter().zip(&upper).map(|(&lower, &upper)| 0.0_f64.clamp(lower, upper)).collect();
         if delta.iter().all(|&delta| delta == 0.0) {
             return Ok((start, false));
         }
@@ -167,38 +148,23 @@ impl<'a, L: LeastSquares> Search<'a, L> {
     /// The true cost; `None` where it is undefined.
     pub(super) fn cost(&mut self, point: &L::Point) -> Option<f64> {
         self.evaluations.costs += 1;
-        self.problem
-            .cost(point)
-            .ok()
-            .filter(|cost| cost.is_finite())
+        self.problem.cost(point).ok().filter(|cost| cost.is_finite())
     }
 
     /// D at a linearisation: longest ‖Jⱼ‖ so far; 1/tolerance where the column has always been zero.
     pub(super) fn diagonal(&mut self, state: &State<L::Point>) -> Vec<f64> {
-        for (longest, norm) in self
-            .longest
-            .iter_mut()
-            .zip(state.information.r().column_norms())
-        {
+        for (longest, norm) in self.longest.iter_mut().zip(state.information.r().column_norms()) {
             *longest = longest.max(norm);
         }
-        let pick =
-            |(&longest, &scale): (&f64, &f64)| if longest > 0.0 { longest } else { 1.0 / scale };
-        self.longest
-            .iter()
-            .zip(self.problem.scale())
-            .map(pick)
-            .collect()
+        let pick = |(&longest, &scale): (&f64, &f64)| if longest > 0.0 { longest } else { 1.0 / scale };
+        self.longest.iter().zip(self.problem.scale()).map(pick).collect()
     }
 
     fn run(&mut self, start: State<L::Point>) -> (State<L::Point>, Status, Datum) {
         let (mut state, mut status) = self.descend(start);
         if !self.restricted {
             self.evaluations.ranks += 1;
-            let invisible = self
-                .problem
-                .invisible(&state.point, &state.information)
-                .unwrap_or_default();
+            let invisible = self.problem.invisible(&state.point, &state.information).unwrap_or_default();
             if invisible.is_empty() {
                 return (state, status, Datum::NotNeeded);
             }
@@ -229,17 +195,9 @@ impl<'a, L: LeastSquares> Search<'a, L> {
             }
             let first = radius.is_none();
             let mut delta = radius.unwrap_or_else(|| {
-                let size: Vec<f64> = diagonal
-                    .iter()
-                    .zip(&state.magnitude)
-                    .map(|(d, m)| d * m)
-                    .collect();
+                let size: Vec<f64> = diagonal.iter().zip(&state.magnitude).map(|(d, m)| d * m).collect();
                 let size = norm(&size) * self.settings.radius;
-                if size > 0.0 && size.is_finite() {
-                    size
-                } else {
-                    self.settings.radius
-                }
+                if size > 0.0 && size.is_finite() { size } else { self.settings.radius }
             });
             self.iteration += 1;
             // Whether every trial that led elsewhere led to where something is undefined.
@@ -268,8 +226,7 @@ impl<'a, L: LeastSquares> Search<'a, L> {
                         } else if gain >= 0.75 || step.damping == 0.0 {
                             delta = 2.0 * step.norm;
                         }
-                        let settled = step.damping == 0.0
-                            && state.relative(&step.delta) <= self.settings.step;
+                        let settled = step.damping == 0.0 && state.relative(&step.delta) <= self.settings.step;
                         if settled {
                             return (*next, Status::Step);
                         }
@@ -281,8 +238,7 @@ impl<'a, L: LeastSquares> Search<'a, L> {
                             return (state, status);
                         }
                         // The parabola through cost, slope −2·predicted and trial cost; Moré 1978, §4.
-                        let factor =
-                            0.5 / (1.0 - actual / (2.0 * step.predicted).max(f64::MIN_POSITIVE));
+                        let factor = 0.5 / (1.0 - actual / (2.0 * step.predicted).max(f64::MIN_POSITIVE));
                         delta = factor.clamp(0.1, 0.5) * delta.min(step.norm);
                     }
                 }
@@ -316,12 +272,7 @@ impl<'a, L: LeastSquares> Search<'a, L> {
     }
 
     /// What a rejected step tells.
-    fn at_rounding(
-        &self,
-        state: &State<L::Point>,
-        region: &Region<'_>,
-        step: &Step,
-    ) -> Option<Status> {
+    fn at_rounding(&self, state: &State<L::Point>, region: &Region<'_>, step: &Step) -> Option<Status> {
         if region.residual <= state.rounding() {
             return Some(Status::NothingLeft);
         }
@@ -331,18 +282,10 @@ impl<'a, L: LeastSquares> Search<'a, L> {
         (region.full.predicted <= NO_GRADIENT * NO_GRADIENT * state.cost).then_some(Status::Cost)
     }
 
-    fn trial(
-        &mut self,
-        state: &State<L::Point>,
-        region: &Region<'_>,
-        step: &Step,
-        radius: f64,
-    ) -> Trial<L::Point> {
+    fn trial(&mut self, state: &State<L::Point>, region: &Region<'_>, step: &Step, radius: f64) -> Trial<L::Point> {
         let point = self.problem.retract(&state.point, &step.delta);
         let cost = self.cost(&point);
-        let gain = cost
-            .filter(|_| step.predicted > 0.0)
-            .map(|cost| (state.cost - cost) / step.predicted);
+        let gain = cost.filter(|_| step.predicted > 0.0).map(|cost| (state.cost - cost) / step.predicted);
         self.trace.push(Iteration {
             iteration: self.iteration,
             kind: self.kind,
@@ -361,9 +304,8 @@ impl<'a, L: LeastSquares> Search<'a, L> {
         };
         let actual = state.cost - cost;
         let falls = gain.is_some_and(|gain| gain >= self.settings.gain) && actual > 0.0;
-        let unresolved = step.damping == 0.0
-            && step.predicted <= UNRESOLVED * state.cost
-            && actual >= -INVISIBLE_RISE * state.cost;
+        let unresolved =
+            step.damping == 0.0 && step.predicted <= UNRESOLVED * state.cost && actual >= -INVISIBLE_RISE * state.cost;
         if !falls && !unresolved {
             return Trial::Rejected { actual };
         }
@@ -372,8 +314,7 @@ impl<'a, L: LeastSquares> Search<'a, L> {
         };
         if !falls {
             let diagonal = self.diagonal(&next);
-            let smaller = Region::new(next.linear(), &diagonal)
-                .is_ok_and(|at| at.share() <= 0.5 * region.share());
+            let smaller = Region::new(next.linear(), &diagonal).is_ok_and(|at| at.share() <= 0.5 * region.share());
             if !smaller {
                 return Trial::Rejected { actual };
             }

@@ -41,20 +41,13 @@ pub trait LeastSquares {
     /// The size of each coordinate's value at q, of which rounding is a share. By default |offset| + scale, which is right
     /// where the nominal value is zero or not large.
     fn magnitude(&self, q: &Self::Point) -> Vec<f64> {
-        self.offset(q)
-            .iter()
-            .zip(self.scale())
-            .map(|(offset, scale)| offset.abs() + scale)
-            .collect()
+        self.offset(q).iter().zip(self.scale()).map(|(offset, scale)| offset.abs() + scale).collect()
     }
 
     /// Lower and upper bounds of δ at q, infinite where there are none. By default there are none.
     fn bounds(&self, q: &Self::Point) -> (Vec<f64>, Vec<f64>) {
         let _ = q;
-        (
-            vec![f64::NEG_INFINITY; self.dimension()],
-            vec![f64::INFINITY; self.dimension()],
-        )
+        (vec![f64::NEG_INFINITY; self.dimension()], vec![f64::INFINITY; self.dimension()])
     }
 
     /// An orthonormal basis, in tolerance-scaled coordinates z = δ/scale, of the directions that no residual sees at q,
@@ -63,11 +56,7 @@ pub trait LeastSquares {
     ///
     /// # Errors
     /// Where the rank cannot be judged at q.
-    fn invisible(
-        &self,
-        q: &Self::Point,
-        at: &SquareRootInformation,
-    ) -> Result<Vec<Vec<f64>>, Self::Error> {
+    fn invisible(&self, q: &Self::Point, at: &SquareRootInformation) -> Result<Vec<Vec<f64>>, Self::Error> {
         let _ = q;
         Ok(null_space(at, self.scale())?.basis)
     }

@@ -29,49 +29,25 @@ pub struct NullSpace {
 ///
 /// # Errors
 /// Where `scale` does not fit or is not positive.
-pub fn null_space(
-    information: &SquareRootInformation,
-    scale: &[f64],
-) -> Result<NullSpace, LinalgError> {
+pub fn null_space(information: &SquareRootInformation, scale: &[f64]) -> Result<NullSpace, LinalgError> {
     let n = information.dimension();
     if scale.len() != n {
-        return Err(LinalgError::Shape {
-            expected: n,
-            found: scale.len(),
-        });
+        return Err(LinalgError::Shape { expected: n, found: scale.len() });
     }
-    if scale
-        .iter()
-        .any(|&scale| !(scale > 0.0 && scale.is_finite()))
-    {
+    if scale.iter().any(|&scale| !(scale > 0.0 && scale.is_finite())) {
         return Err(LinalgError::NotFinite);
     }
     let norms = information.r().column_norms();
-    let longest = norms
-        .iter()
-        .zip(scale)
-        .fold(0.0_f64, |longest, (norm, scale)| longest.max(norm * scale));
+    let longest = norms.iter().zip(scale).fold(0.0_f64, |longest, (norm, scale)| longest.max(norm * scale));
     let (seen, zero): (Vec<usize>, Vec<usize>) =
         (0..n).partition(|&j| norms[j] > 0.0 && norms[j] * scale[j] > ZERO_COLUMN * longest);
-    let columns: Vec<Vec<f64>> = seen
-        .iter()
-        .map(|&j| {
-            information
-                .r()
-                .column(j)
-                .iter()
-                .map(|entry| entry / norms[j])
-                .collect()
-        })
-        .collect();
+    let columns: Vec<Vec<f64>> =
+        seen.iter().map(|&j| information.r().column(j).iter().map(|entry| entry / norms[j]).collect()).collect();
     let decomposition = svd(&Matrix::from_columns(n, &columns))?;
 
     let mut singular_values = decomposition.sigma;
     let largest = singular_values.first().copied().unwrap_or(0.0);
-    let rank = singular_values
-        .iter()
-        .filter(|&&sigma| sigma > RANK * largest)
-        .count();
+    let rank = singular_values.iter().filter(|&&sigma| sigma > RANK * largest).count();
     let mut basis = Vec::with_capacity(n - rank);
     for k in rank..seen.len() {
         let mut z = vec![0.0; n];
@@ -87,11 +63,7 @@ pub fn null_space(
         singular_values.push(0.0);
     }
     orthonormalise(&mut basis);
-    Ok(NullSpace {
-        rank: n - basis.len(),
-        basis,
-        singular_values,
-    })
+    Ok(NullSpace { rank: n - basis.len(), basis, singular_values })
 }
 
 #[cfg(test)]
@@ -100,9 +72,7 @@ mod tests {
 
     fn of(n: usize, rows: &[&[f64]]) -> SquareRootInformation {
         let mut information = SquareRootInformation::new(n);
-        information
-            .absorb(&mut Matrix::from_rows(n + 1, rows))
-            .unwrap();
+        information.absorb(&mut Matrix::from_rows(n + 1, rows)).unwrap();
         information
     }
 
@@ -110,37 +80,21 @@ mod tests {
     fn fewer_rows_than_parameters() {
         // Only δ₁ + δ₂ is seen; tolerances 1 and 2, so z ∝ (1, −½).
         let null = null_space(&of(3, &[&[1.0, 1.0, 0.0]]), &[1.0, 2.0, 5.0]).unwrap();
-        assert_eq!(
-            (null.rank, null.basis.len(), null.singular_values.len()),
-            (1, 2, 3)
-        );
+        assert_eq!((null.rank, null.basis.len(), null.singular_values.len()), (1, 2, 3));
         let z = &null.basis[0];
         assert!((z[0] + 2.0 * z[1]).abs() < 1e-15 && (z[0].hypot(z[1]) - 1.0).abs() < 1e-15);
         assert_eq!(null.basis[1], [0.0, 0.0, 1.0]);
-        assert_eq!(
-            null_space(&SquareRootInformation::new(2), &[1.0, 1.0])
-                .unwrap()
-                .rank,
-            0
-        );
+        assert_eq!(null_space(&SquareRootInformation::new(2), &[1.0, 1.0]).unwrap().rank, 0);
     }
 
     #[test]
     fn weak_is_visible_and_rounding_is_not() {
         for (weak, rank) in [(1e-6, 2), (1e-9, 2), (1e-14, 1), (5e-17, 1)] {
-            let null = null_space(
-                &of(2, &[&[1.0, 1.0], &[1.0, 1.0 + weak], &[1.0, 1.0 - weak]]),
-                &[1.0, 1.0],
-            );
+            let null = null_space(&of(2, &[&[1.0, 1.0], &[1.0, 1.0 + weak], &[1.0, 1.0 - weak]]), &[1.0, 1.0]);
             assert_eq!(null.unwrap().rank, rank, "{weak}");
         }
         // A column of rounding beside a column of ones.
-        assert_eq!(
-            null_space(&of(2, &[&[1.0, 1e-17], &[1.0, -1e-17]]), &[1.0, 1.0])
-                .unwrap()
-                .basis,
-            [[0.0, 1.0]]
-        );
+        assert_eq!(null_space(&of(2, &[&[1.0, 1e-17], &[1.0, -1e-17]]), &[1.0, 1.0]).unwrap().basis, [[0.0, 1.0]]);
     }
 
     #[test]
@@ -149,11 +103,7 @@ mod tests {
         let plain = null_space(&of(3, &[&rows[0], &rows[1], &rows[2]]), &[1.0; 3]).unwrap();
         let units = [1e6, 1e-6, 1.0];
         let scaled = rows.map(|row| [row[0] * units[0], row[1] * units[1], row[2]]);
-        let other = null_space(
-            &of(3, &[&scaled[0], &scaled[1], &scaled[2]]),
-            &units.map(|unit| 1.0 / unit),
-        )
-        .unwrap();
+        let other = null_space(&of(3, &[&scaled[0], &scaled[1], &scaled[2]]), &units.map(|unit| 1.0 / unit)).unwrap();
         assert_eq!((plain.rank, other.rank), (2, 2));
         for (a, b) in plain.basis[0].iter().zip(&other.basis[0]) {
             assert!((a.abs() - b.abs()).abs() < 1e-14);

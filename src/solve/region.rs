@@ -12,8 +12,7 @@
 //! within them takes its place; its length falls with λ too, so the same λ can be searched.
 
 use crate::linalg::{
-    Bound, LinalgError, Matrix, SquareRootInformation, Start, Svd, bounded_least_squares, dot,
-    norm, svd,
+    Bound, LinalgError, Matrix, SquareRootInformation, Start, Svd, bounded_least_squares, dot, norm, svd,
 };
 
 /// ‖w‖ may exceed the trust radius by this share; solving (1) more finely gains nothing.
@@ -72,41 +71,12 @@ impl<'a> Region<'a> {
         let svd = svd(&m)?;
         let c = svd.u.transpose_mul_vec(linear.information.d());
         let negligible = n as f64 * f64::EPSILON * svd.sigma.first().copied().unwrap_or(0.0);
-        let kept = svd
-            .sigma
-            .iter()
-            .take(n - linear.invisible.min(n))
-            .filter(|&&sigma| sigma > negligible)
-            .count();
-        let in_w = |bounds: &[f64]| {
-            bounds
-                .iter()
-                .zip(diagonal)
-                .map(|(bound, d)| bound * d)
-                .collect()
-        };
+        let kept = svd.sigma.iter().take(n - linear.invisible.min(n)).filter(|&&sigma| sigma > negligible).count();
+        let in_w = |bounds: &[f64]| bounds.iter().zip(diagonal).map(|(bound, d)| bound * d).collect();
         let (lower, upper) = (in_w(linear.lower), in_w(linear.upper));
         let residual = (2.0 * linear.information.cost()).sqrt();
-        let full = Step {
-            delta: vec![],
-            norm: 0.0,
-            damping: 0.0,
-            predicted: 0.0,
-            active: vec![Bound::Free; n],
-        };
-        let mut region = Self {
-            linear,
-            diagonal,
-            m,
-            svd,
-            c,
-            kept,
-            lower,
-            upper,
-            full,
-            residual,
-            cosine: 0.0,
-        };
+        let full = Step { delta: vec![], norm: 0.0, damping: 0.0, predicted: 0.0, active: vec![Bound::Free; n] };
+        let mut region = Self { linear, diagonal, m, svd, c, kept, lower, upper, full, residual, cosine: 0.0 };
         region.cosine = region.largest_cosine();
         region.full = region.damped(0.0)?;
         Ok(region)
@@ -114,24 +84,14 @@ impl<'a> Region<'a> {
 
     /// ‖Qᵀr‖ / ‖r‖, where Q spans what can be seen and may move.
     pub(super) fn share(&self) -> f64 {
-        if self.residual > 0.0 {
-            (2.0 * self.full.predicted.max(0.0)).sqrt() / self.residual
-        } else {
-            0.0
-        }
+        if self.residual > 0.0 { (2.0 * self.full.predicted.max(0.0)).sqrt() / self.residual } else { 0.0 }
     }
 
     /// max |Jⱼᵀr| / (‖Jⱼ‖‖r‖) over the coordinates that are visible and not held by a bound.
     fn largest_cosine(&self) -> f64 {
         /// A column of which projection leaves less than this share is invisible by itself.
         const INVISIBLE: f64 = 1e-12;
-        let Linear {
-            visible,
-            information,
-            lower,
-            upper,
-            ..
-        } = &self.linear;
+        let Linear { visible, information, lower, upper, .. } = &self.linear;
         let mut largest = 0.0_f64;
         for j in 0..self.diagonal.len() {
             let column = visible.column(j);
@@ -140,11 +100,7 @@ impl<'a> Region<'a> {
                 continue;
             }
             let cosine = dot(column, information.d()) / length / self.residual;
-            let blocked = if cosine > 0.0 {
-                lower[j] == 0.0
-            } else {
-                upper[j] == 0.0
-            };
+            let blocked = if cosine > 0.0 { lower[j] == 0.0 } else { upper[j] == 0.0 };
             if !blocked {
                 largest = largest.max(cosine.abs());
             }
@@ -158,9 +114,7 @@ impl<'a> Region<'a> {
             return Ok(self.full.clone());
         }
         let step = self.damped(self.damping(radius))?;
-        if step.norm <= radius * (1.0 + 2.0 * RADIUS_SLACK)
-            && step.active.iter().all(|&bound| bound == Bound::Free)
-        {
+        if step.norm <= radius * (1.0 + 2.0 * RADIUS_SLACK) && step.active.iter().all(|&bound| bound == Bound::Free) {
             return Ok(step);
         }
         // Bounds shorten the step: some λ between 0 and ‖Mᵀd‖/Δ, searched by halving its logarithm.
@@ -191,11 +145,7 @@ impl<'a> Region<'a> {
         let (mut low, mut high) = (0.0, gradient / radius);
         let mut lambda = 1e-3 * high;
         for _ in 0..60 {
-            let length = norm(
-                &terms()
-                    .map(|(sigma, c)| sigma * c / (sigma * sigma + lambda))
-                    .collect::<Vec<_>>(),
-            );
+            let length = norm(&terms().map(|(sigma, c)| sigma * c / (sigma * sigma + lambda)).collect::<Vec<_>>());
             if (length - radius).abs() <= 0.5 * RADIUS_SLACK * radius {
                 break;
             }
@@ -213,11 +163,7 @@ impl<'a> Region<'a> {
                 .sum();
             let newton = lambda + (length / radius - 1.0) / slope;
             let inside = newton > low && newton < high;
-            lambda = if inside {
-                newton
-            } else {
-                (low * high).sqrt().max(1e-3 * high)
-            };
+            lambda = if inside { newton } else { (low * high).sqrt().max(1e-3 * high) };
         }
         lambda
     }
@@ -236,8 +182,7 @@ impl<'a> Region<'a> {
         let mut active = vec![Bound::Free; n];
         let outside = (0..n).any(|j| w[j] < self.lower[j] || w[j] > self.upper[j]);
         if outside {
-            let mut damped =
-                SquareRootInformation::from_rows(&self.m, self.linear.information.d())?;
+            let mut damped = SquareRootInformation::from_rows(&self.m, self.linear.information.d())?;
             if lambda > 0.0 {
                 let root = vec![lambda.sqrt(); n];
                 damped.merge(&SquareRootInformation::from_rows(
@@ -245,17 +190,8 @@ impl<'a> Region<'a> {
                     &vec![0.0; n],
                 )?)?;
             }
-            let start = Start {
-                delta: vec![0.0; n],
-                active: self.full.active.clone(),
-            };
-            let solution = bounded_least_squares(
-                damped.r(),
-                damped.d(),
-                &self.lower,
-                &self.upper,
-                Some(&start),
-            )?;
+            let start = Start { delta: vec![0.0; n], active: self.full.active.clone() };
+            let solution = bounded_least_squares(damped.r(), damped.d(), &self.lower, &self.upper, Some(&start))?;
             (w, active) = (solution.delta, solution.active);
         }
         if w.iter().any(|w_j| !w_j.is_finite()) {
@@ -263,9 +199,7 @@ impl<'a> Region<'a> {
         }
         let delta = (0..n)
             .map(|j| match active[j] {
-                Bound::Free => {
-                    (w[j] / self.diagonal[j]).clamp(self.linear.lower[j], self.linear.upper[j])
-                }
+                Bound::Free => (w[j] / self.diagonal[j]).clamp(self.linear.lower[j], self.linear.upper[j]),
                 Bound::Lower => self.linear.lower[j],
                 Bound::Upper => self.linear.upper[j],
             })
@@ -279,23 +213,13 @@ impl<'a> Region<'a> {
         } else {
             0.5 * squares + lambda * length * length
         };
-        Ok(Step {
-            delta,
-            norm: length,
-            damping: lambda,
-            predicted,
-            active,
-        })
+        Ok(Step { delta, norm: length, damping: lambda, predicted, active })
     }
 }
 
 /// R S (1 − N Nᵀ) S⁻¹: R without what it sees of the directions in N, S = diag(scale). They are zero but for noise in the
 /// inputs, and what noise shows of them must not be followed.
-pub(super) fn visible(
-    information: &SquareRootInformation,
-    invisible: &[Vec<f64>],
-    scale: &[f64],
-) -> Matrix {
+pub(super) fn visible(information: &SquareRootInformation, invisible: &[Vec<f64>], scale: &[f64]) -> Matrix {
     let mut visible = information.r().clone();
     for z in invisible {
         let direction: Vec<f64> = z.iter().zip(scale).map(|(z, scale)| z * scale).collect();
@@ -303,7 +227,7 @@ pub(super) fn visible(
         for j in 0..scale.len() {
             let factor = z[j] / scale[j];
             for (entry, seen) in visible.column_mut(j).iter_mut().zip(&seen) {
-                *entry -= 0.0 * seen * factor;
+                *entry -= seen * factor;
             }
         }
     }
@@ -321,13 +245,7 @@ mod tests {
         bounds: (&'a [f64], &'a [f64]),
         diagonal: &'a [f64],
     ) -> Region<'a> {
-        let linear = Linear {
-            visible: information.r(),
-            information,
-            invisible: 0,
-            lower: bounds.0,
-            upper: bounds.1,
-        };
+        let linear = Linear { visible: information.r(), information, invisible: 0, lower: bounds.0, upper: bounds.1 };
         Region::new(linear, diagonal).unwrap()
     }
 
@@ -348,10 +266,7 @@ mod tests {
                 let length = (step.delta[0] * diagonal[0]).hypot(step.delta[1] * diagonal[1]);
                 assert!((length / step.norm - 1.0).abs() < 1e-12);
                 let expected = radius.min(region.full.norm);
-                assert!(
-                    (length / expected - 1.0).abs() < RADIUS_SLACK,
-                    "{share} {length} {expected}"
-                );
+                assert!((length / expected - 1.0).abs() < RADIUS_SLACK, "{share} {length} {expected}");
                 let fall = information.cost() - information.cost_at(&step.delta);
                 assert!((fall - step.predicted).abs() < 1e-14 * information.cost() + 1e-9 * fall);
             }
@@ -380,11 +295,7 @@ mod tests {
         let seen = matrix.mul_vec(&[0.6 * 2.0, 0.8 * 0.5]);
         assert!(norm(&seen) < 1e-15);
         let across = [0.8 * 2.0, -0.6 * 0.5];
-        for (a, b) in matrix
-            .mul_vec(&across)
-            .iter()
-            .zip(information.r().mul_vec(&across))
-        {
+        for (a, b) in matrix.mul_vec(&across).iter().zip(information.r().mul_vec(&across)) {
             assert!((a - b).abs() < 1e-14);
         }
     }

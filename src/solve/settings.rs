@@ -55,22 +55,8 @@ impl Settings {
     /// # Errors
     /// Names the first that does not.
     pub fn validate(&self) -> Result<(), SettingsError> {
-        let share = |name, value: f64| {
-            (
-                name,
-                value,
-                (0.0..1.0).contains(&value),
-                "at least 0 and less than 1",
-            )
-        };
-        let positive = |name, value: f64| {
-            (
-                name,
-                value,
-                value > 0.0 && value.is_finite(),
-                "positive and finite",
-            )
-        };
+        let share = |name, value: f64| (name, value, (0.0..1.0).contains(&value), "at least 0 and less than 1");
+        let positive = |name, value: f64| (name, value, value > 0.0 && value.is_finite(), "positive and finite");
         let checks = [
             positive("max_trials", self.max_trials as f64),
             share("gradient", self.gradient),
@@ -78,19 +64,10 @@ impl Settings {
             share("vanished", self.vanished),
             positive("datum", self.datum),
             positive("radius", self.radius),
-            (
-                "gain",
-                self.gain,
-                self.gain > 0.0 && self.gain < 0.5,
-                "positive and less than 0.5",
-            ),
+            ("gain", self.gain, self.gain > 0.0 && self.gain < 0.5, "positive and less than 0.5"),
         ];
         match checks.into_iter().find(|(_, _, good, _)| !good) {
-            Some((name, value, _, wanted)) => Err(SettingsError {
-                name,
-                value,
-                wanted,
-            }),
+            Some((name, value, _, wanted)) => Err(SettingsError { name, value, wanted }),
             None => Ok(()),
         }
     }
@@ -105,55 +82,13 @@ mod tests {
         let good = Settings::default();
         assert_eq!(good.validate(), Ok(()));
         for (name, bad) in [
-            (
-                "max_trials",
-                Settings {
-                    max_trials: 0,
-                    ..good.clone()
-                },
-            ),
-            (
-                "gradient",
-                Settings {
-                    gradient: f64::NAN,
-                    ..good.clone()
-                },
-            ),
-            (
-                "step",
-                Settings {
-                    step: -1.0,
-                    ..good.clone()
-                },
-            ),
-            (
-                "vanished",
-                Settings {
-                    vanished: 1.0,
-                    ..good.clone()
-                },
-            ),
-            (
-                "datum",
-                Settings {
-                    datum: 0.0,
-                    ..good.clone()
-                },
-            ),
-            (
-                "radius",
-                Settings {
-                    radius: f64::INFINITY,
-                    ..good.clone()
-                },
-            ),
-            (
-                "gain",
-                Settings {
-                    gain: 0.5,
-                    ..good.clone()
-                },
-            ),
+            ("max_trials", Settings { max_trials: 0, ..good.clone() }),
+            ("gradient", Settings { gradient: f64::NAN, ..good.clone() }),
+            ("step", Settings { step: -1.0, ..good.clone() }),
+            ("vanished", Settings { vanished: 1.0, ..good.clone() }),
+            ("datum", Settings { datum: 0.0, ..good.clone() }),
+            ("radius", Settings { radius: f64::INFINITY, ..good.clone() }),
+            ("gain", Settings { gain: 0.5, ..good.clone() }),
         ] {
             assert_eq!(bad.validate().unwrap_err().name, name);
         }

@@ -45,9 +45,7 @@ impl<L: LeastSquares> Search<'_, L> {
             let factor = -beta * (longest / way).min(1.0);
             let target: Vec<f64> = h.iter().map(|h| factor * h).collect();
             let diagonal = self.diagonal(state);
-            let Ok(delta) =
-                datum_step(&state.linear(), &state.invisible, scale, &diagonal, &target)
-            else {
+            let Ok(delta) = datum_step(&state.linear(), &state.invisible, scale, &diagonal, &target) else {
                 *status = Status::Breakdown;
                 return Datum::Unsettled;
             };
@@ -76,11 +74,7 @@ impl<L: LeastSquares> Search<'_, L> {
                     let s: Vec<f64> = next_z.iter().zip(&z).map(|(a, b)| a - b).collect();
                     let y: Vec<f64> = next_h.iter().zip(&h).map(|(a, b)| a - b).collect();
                     let curvature = dot(&s, &y) / dot(&s, &s);
-                    beta = if curvature > 0.0 {
-                        (1.0 / curvature).clamp(1e-8, 10.0)
-                    } else {
-                        (2.0 * beta).min(10.0)
-                    };
+                    beta = if curvature > 0.0 { (1.0 / curvature).clamp(1e-8, 10.0) } else { (2.0 * beta).min(10.0) };
                     longest *= 4.0;
                     *state = *next;
                     *status = next_status;
@@ -99,21 +93,11 @@ impl<L: LeastSquares> Search<'_, L> {
 
     /// S⁻¹ δ: tangent coordinates in tolerances.
     fn scaled(&self, delta: &[f64]) -> Vec<f64> {
-        delta
-            .iter()
-            .zip(self.problem.scale())
-            .map(|(delta, scale)| delta / scale)
-            .collect()
+        delta.iter().zip(self.problem.scale()).map(|(delta, scale)| delta / scale).collect()
     }
 
     /// One datum step and the corrections after it, judged together.
-    fn datum_trial(
-        &mut self,
-        state: &State<L::Point>,
-        delta: &[f64],
-        radius: f64,
-        last: bool,
-    ) -> DatumTrial<L::Point> {
+    fn datum_trial(&mut self, state: &State<L::Point>, delta: &[f64], radius: f64, last: bool) -> DatumTrial<L::Point> {
         let point = self.problem.retract(&state.point, delta);
         let cost = self.cost(&point);
         let predicted = state.information.cost() - state.information.cost_at(delta);
@@ -147,9 +131,7 @@ impl<L: LeastSquares> Search<'_, L> {
             let back = norm(&self.scaled(&region.full.delta));
             let out = norm(&self.scaled(delta));
             if back > 0.5 * out && region.residual > next.rounding() {
-                break 'judged DatumTrial::Failed {
-                    factor: (0.4 * out / back).clamp(0.02, 0.5),
-                };
+                break 'judged DatumTrial::Failed { factor: (0.4 * out / back).clamp(0.02, 0.5) };
             }
             self.kind = Kind::Correction;
             let (next, status) = self.descend(next);
@@ -166,9 +148,7 @@ impl<L: LeastSquares> Search<'_, L> {
                 || (after <= before * (1.0 + 1e-12) && (last || norm(&next_h) <= 0.9 * norm(&h)));
             // Noise in the inputs lets a true family slope: by what R shows of it, to first order, is allowed for.
             let rounding = next.rounding().max(state.rounding());
-            let allowed = state.cost * (1.0 + LEVEL)
-                + 2.0 * (-predicted).max(0.0)
-                + 0.5 * rounding * rounding;
+            let allowed = state.cost * (1.0 + LEVEL) + 2.0 * (-predicted).max(0.0) + 0.5 * rounding * rounding;
             if status.converged() && nearer && next.cost <= allowed {
                 DatumTrial::Taken(Box::new(next), status)
             } else {

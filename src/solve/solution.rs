@@ -40,10 +40,7 @@ impl Status {
     /// Whether the point is a minimum, as far as first derivatives tell.
     #[must_use]
     pub fn converged(self) -> bool {
-        matches!(
-            self,
-            Self::Gradient | Self::Step | Self::Cost | Self::NothingLeft
-        )
+        matches!(self, Self::Gradient | Self::Step | Self::Cost | Self::NothingLeft)
     }
 
     /// A stable lower-case name.
@@ -54,34 +51,17 @@ impl Status {
 
     fn row(self) -> (&'static str, &'static str) {
         match self {
-            Self::Gradient => (
-                "gradient",
-                "converged: the residual is perpendicular to all that the parameters can do",
-            ),
-            Self::Step => (
-                "step",
-                "converged: a full Gauss-Newton step no longer moves any parameter",
-            ),
-            Self::Cost => (
-                "cost",
-                "converged: the gradient is too small for the cost to show any further reduction",
-            ),
-            Self::NothingLeft => (
-                "nothing_left",
-                "converged: nothing is left of the residuals",
-            ),
-            Self::MaxTrials => (
-                "max_trials",
-                "not converged: the limit of trial steps was reached",
-            ),
-            Self::Stalled => (
-                "stalled",
-                "not converged: no step lowers the cost although the gradient says that one should",
-            ),
-            Self::Undefined => (
-                "undefined",
-                "not converged: every step leads to where the residuals are undefined",
-            ),
+            Self::Gradient => {
+                ("gradient", "converged: the residual is perpendicular to all that the parameters can do")
+            }
+            Self::Step => ("step", "converged: a full Gauss-Newton step no longer moves any parameter"),
+            Self::Cost => ("cost", "converged: the gradient is too small for the cost to show any further reduction"),
+            Self::NothingLeft => ("nothing_left", "converged: nothing is left of the residuals"),
+            Self::MaxTrials => ("max_trials", "not converged: the limit of trial steps was reached"),
+            Self::Stalled => {
+                ("stalled", "not converged: no step lowers the cost although the gradient says that one should")
+            }
+            Self::Undefined => ("undefined", "not converged: every step leads to where the residuals are undefined"),
             Self::Breakdown => ("breakdown", "not converged: a matrix decomposition failed"),
         }
     }
@@ -201,21 +181,9 @@ mod tests {
     #[test]
     fn names_are_distinct_and_sentences_say_whether_it_converged() {
         for (i, status) in Status::ALL.into_iter().enumerate() {
-            assert!(
-                Status::ALL[..i]
-                    .iter()
-                    .all(|other| other.name() != status.name())
-            );
-            assert_eq!(
-                status.to_string().starts_with("converged: "),
-                status.converged()
-            );
-            assert!(
-                status
-                    .name()
-                    .chars()
-                    .all(|c| c.is_ascii_lowercase() || c == '_')
-            );
+            assert!(Status::ALL[..i].iter().all(|other| other.name() != status.name()));
+            assert_eq!(status.to_string().starts_with("converged: "), status.converged());
+            assert!(status.name().chars().all(|c| c.is_ascii_lowercase() || c == '_'));
         }
     }
 }

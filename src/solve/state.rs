@@ -35,16 +35,7 @@ impl<P> State<P> {
             upper[j] = if upper[j] < near { 0.0 } else { upper[j] };
         }
         let visible = visible(&information, &invisible, problem.scale());
-        Self {
-            point,
-            cost,
-            information,
-            invisible,
-            visible,
-            lower,
-            upper,
-            magnitude,
-        }
+        Self { point, cost, information, invisible, visible, lower, upper, magnitude }
     }
 
     pub(super) fn linear(&self) -> Linear<'_> {
@@ -68,14 +59,8 @@ impl<P> State<P> {
     /// What rounding of the parameters alone leaves of ‖r‖: ε Σ ‖Jⱼ‖ mⱼ, with some room for what the residuals add.
     pub(super) fn rounding(&self) -> f64 {
         const ROOM: f64 = 100.0;
-        let sum = self
-            .information
-            .r()
-            .column_norms()
-            .iter()
-            .zip(&self.magnitude)
-            .map(|(norm, m)| norm * m)
-            .sum::<f64>();
+        let sum =
+            self.information.r().column_norms().iter().zip(&self.magnitude).map(|(norm, m)| norm * m).sum::<f64>();
         ROOM * f64::EPSILON * sum
     }
 
@@ -84,12 +69,6 @@ impl<P> State<P> {
         delta
             .iter()
             .zip(&self.magnitude)
-            .fold(0.0_f64, |largest, (delta, m)| {
-                if *delta == 0.0 {
-                    largest
-                } else {
-                    largest.max(delta.abs() / m)
-                }
-            })
+            .fold(0.0_f64, |largest, (delta, m)| if *delta == 0.0 { largest } else { largest.max(delta.abs() / m) })
     }
 }

@@ -14,7 +14,10 @@ pub fn relative_error(found: &[f64], expected: &[f64]) -> f64 {
 #[track_caller]
 pub fn close(found: &[f64], expected: &[f64], relative: f64, what: &str) {
     let error = relative_error(found, expected);
-    assert!(error <= relative, "{what}: off by {error:e} of the largest, {relative:e} is allowed\nfound    {found:?}\nexpected {expected:?}");
+    assert!(
+        error <= relative,
+        "{what}: off by {error:e} of the largest, {relative:e} is allowed\nfound    {found:?}\nexpected {expected:?}"
+    );
 }
 
 /// How many decimal digits agree: the logarithm of the relative error.

@@ -24,13 +24,8 @@ fn brute_force(a: &Matrix, d: &[f64], lower: &[f64], upper: &[f64]) -> f64 {
             let mut columns: Vec<&[f64]> = free.iter().map(|&j| a.column(j)).collect();
             columns.push(&residual);
             let mut information = SquareRootInformation::new(free.len());
-            information
-                .absorb(&mut Matrix::from_columns(a.rows(), &columns))
-                .unwrap();
-            let Ok(x) = solve_upper(
-                information.r(),
-                &information.d().iter().map(|d| -d).collect::<Vec<_>>(),
-            ) else {
+            information.absorb(&mut Matrix::from_columns(a.rows(), &columns)).unwrap();
+            let Ok(x) = solve_upper(information.r(), &information.d().iter().map(|d| -d).collect::<Vec<_>>()) else {
                 continue;
             };
             for (&j, x) in free.iter().zip(x) {
@@ -127,8 +122,7 @@ use super::super::Svd;
 fn without_bounds_it_is_least_squares() {
     let a = Matrix::from_rows(2, &[[2.0, 1.0], [0.0, 4.0], [0.0, 0.0]]);
     let free = [f64::INFINITY; 2];
-    let solution =
-        bounded_least_squares(&a, &[-4.0, -8.0, 1.0], &free.map(|b| -b), &free, None).unwrap();
+    let solution = bounded_least_squares(&a, &[-4.0, -8.0, 1.0], &free.map(|b| -b), &free, None).unwrap();
     assert_eq!(solution.active, [Bound::Free; 2]);
     assert!((solution.delta[0] - 1.0).abs() < 1e-15 && (solution.delta[1] - 2.0).abs() < 1e-15);
 }
@@ -144,29 +138,17 @@ fn an_unseen_direction_stays_where_it_was() {
     let held = bounded_least_squares(&a, &[-91.0], &lower, &upper, None).unwrap();
     assert_eq!(held.active[1], Bound::Upper);
     assert!((held.delta[0] - 1.0).abs() < 1e-13 && held.settled);
-    let start = Start {
-        delta: vec![0.0, 0.0, 5.0],
-        active: vec![Bound::Free; 3],
-    };
-    assert_eq!(
-        bounded_least_squares(&a, &[1.0], &lower, &upper, Some(&start))
-            .unwrap()
-            .delta[2],
-        5.0
-    );
+    let start = Start { delta: vec![0.0, 0.0, 5.0], active: vec![Bound::Free; 3] };
+    assert_eq!(bounded_least_squares(&a, &[1.0], &lower, &upper, Some(&start)).unwrap().delta[2], 5.0);
 }
 
 #[test]
 fn what_cannot_be_solved_is_refused() {
     let a = Matrix::identity(1);
-    let solve =
-        |d: f64, lower: f64, upper: f64| bounded_least_squares(&a, &[d], &[lower], &[upper], None);
+    let solve = |d: f64, lower: f64, upper: f64| bounded_least_squares(&a, &[d], &[lower], &[upper], None);
     assert_eq!(solve(0.0, 1.0, 0.0), Err(LinalgError::EmptyBox(0)));
     assert_eq!(solve(0.0, f64::NAN, 0.0), Err(LinalgError::EmptyBox(0)));
-    assert_eq!(
-        solve(0.0, f64::INFINITY, f64::INFINITY),
-        Err(LinalgError::EmptyBox(0))
-    );
+    assert_eq!(solve(0.0, f64::INFINITY, f64::INFINITY), Err(LinalgError::EmptyBox(0)));
     assert_eq!(solve(f64::NAN, 0.0, 1.0), Err(LinalgError::NotFinite));
     assert!(bounded_least_squares(&a, &[], &[0.0], &[1.0], None).is_err());
     assert!(bounded_least_squares(&a, &[0.0], &[], &[1.0], None).is_err());

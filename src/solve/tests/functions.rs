@@ -28,40 +28,32 @@ fn over(count: usize, residual: impl Fn(f64) -> Dual) -> Vec<Dual> {
     (1..=count).map(|i| residual(i as f64)).collect()
 }
 
-const BARD: [f64; 15] = [
-    0.14, 0.18, 0.22, 0.25, 0.29, 0.32, 0.35, 0.39, 0.37, 0.58, 0.73, 0.96, 1.34, 2.1, 4.39,
-];
+const BARD: [f64; 15] = [0.14, 0.18, 0.22, 0.25, 0.29, 0.32, 0.35, 0.39, 0.37, 0.58, 0.73, 0.96, 1.34, 2.1, 4.39];
 
 const GAUSSIAN: [f64; 15] = [
-    0.0009, 0.0044, 0.0175, 0.054, 0.1295, 0.242, 0.3521, 0.3989, 0.3521, 0.242, 0.1295, 0.054,
-    0.0175, 0.0044, 0.0009,
+    0.0009, 0.0044, 0.0175, 0.054, 0.1295, 0.242, 0.3521, 0.3989, 0.3521, 0.242, 0.1295, 0.054, 0.0175, 0.0044, 0.0009,
 ];
 
 const MEYER: [f64; 16] = [
-    34780.0, 28610.0, 23650.0, 19630.0, 16370.0, 13720.0, 11540.0, 9744.0, 8261.0, 7030.0, 6005.0,
-    5147.0, 4427.0, 3820.0, 3307.0, 2872.0,
+    34780.0, 28610.0, 23650.0, 19630.0, 16370.0, 13720.0, 11540.0, 9744.0, 8261.0, 7030.0, 6005.0, 5147.0, 4427.0,
+    3820.0, 3307.0, 2872.0,
 ];
 
-const KOWALIK_Y: [f64; 11] = [
-    0.1957, 0.1947, 0.1735, 0.16, 0.0844, 0.0627, 0.0456, 0.0342, 0.0323, 0.0235, 0.0246,
-];
+const KOWALIK_Y: [f64; 11] = [0.1957, 0.1947, 0.1735, 0.16, 0.0844, 0.0627, 0.0456, 0.0342, 0.0323, 0.0235, 0.0246];
 
-const KOWALIK_U: [f64; 11] = [
-    4.0, 2.0, 1.0, 0.5, 0.25, 0.167, 0.125, 0.1, 0.0833, 0.0714, 0.0625,
-];
+const KOWALIK_U: [f64; 11] = [4.0, 2.0, 1.0, 0.5, 0.25, 0.167, 0.125, 0.1, 0.0833, 0.0714, 0.0625];
 
 const OSBORNE1: [f64; 33] = [
-    0.844, 0.908, 0.932, 0.936, 0.925, 0.908, 0.881, 0.85, 0.818, 0.784, 0.751, 0.718, 0.685,
-    0.658, 0.628, 0.603, 0.58, 0.558, 0.538, 0.522, 0.506, 0.49, 0.478, 0.467, 0.457, 0.448, 0.438,
-    0.431, 0.424, 0.42, 0.414, 0.411, 0.406,
+    0.844, 0.908, 0.932, 0.936, 0.925, 0.908, 0.881, 0.85, 0.818, 0.784, 0.751, 0.718, 0.685, 0.658, 0.628, 0.603,
+    0.58, 0.558, 0.538, 0.522, 0.506, 0.49, 0.478, 0.467, 0.457, 0.448, 0.438, 0.431, 0.424, 0.42, 0.414, 0.411, 0.406,
 ];
 
 const OSBORNE2: [f64; 65] = [
-    1.366, 1.191, 1.112, 1.013, 0.991, 0.885, 0.831, 0.847, 0.786, 0.725, 0.746, 0.679, 0.608,
-    0.655, 0.616, 0.606, 0.602, 0.626, 0.651, 0.724, 0.649, 0.649, 0.694, 0.644, 0.624, 0.661,
-    0.612, 0.558, 0.533, 0.495, 0.5, 0.423, 0.395, 0.375, 0.372, 0.391, 0.396, 0.405, 0.428, 0.429,
-    0.523, 0.562, 0.607, 0.653, 0.672, 0.708, 0.633, 0.668, 0.645, 0.632, 0.591, 0.559, 0.597,
-    0.625, 0.739, 0.71, 0.729, 0.72, 0.636, 0.581, 0.428, 0.292, 0.162, 0.098, 0.054,
+    1.366, 1.191, 1.112, 1.013, 0.991, 0.885, 0.831, 0.847, 0.786, 0.725, 0.746, 0.679, 0.608, 0.655, 0.616, 0.606,
+    0.602, 0.626, 0.651, 0.724, 0.649, 0.649, 0.694, 0.644, 0.624, 0.661, 0.612, 0.558, 0.533, 0.495, 0.5, 0.423,
+    0.395, 0.375, 0.372, 0.391, 0.396, 0.405, 0.428, 0.429, 0.523, 0.562, 0.607, 0.653, 0.672, 0.708, 0.633, 0.668,
+    0.645, 0.632, 0.591, 0.559, 0.597, 0.625, 0.739, 0.71, 0.729, 0.72, 0.636, 0.581, 0.428, 0.292, 0.162, 0.098,
+    0.054,
 ];
 
 /// fᵢ = Σ (j − 1) xⱼ tʲ⁻² − (Σ xⱼ tʲ⁻¹)² − 1 at t = i/29, then x₁ and x₂ − x₁² − 1.
@@ -107,46 +99,27 @@ pub(super) const FUNCTIONS: &[Function] = &[
         name: "PowellBadlyScaled",
         start: &[0.0, 1.0],
         minima: &[0.0],
-        residuals: |x| {
-            vec![
-                x[0].clone() * &x[1] * 1e4 - 1.0,
-                (-x[0].clone()).exp() + (-x[1].clone()).exp() - 1.0001,
-            ]
-        },
+        residuals: |x| vec![x[0].clone() * &x[1] * 1e4 - 1.0, (-x[0].clone()).exp() + (-x[1].clone()).exp() - 1.0001],
     },
     Function {
         name: "BrownBadlyScaled",
         start: &[1.0, 1.0],
         minima: &[0.0],
-        residuals: |x| {
-            vec![
-                x[0].clone() - 1e6,
-                x[1].clone() - 2e-6,
-                x[0].clone() * &x[1] - 2.0,
-            ]
-        },
+        residuals: |x| vec![x[0].clone() - 1e6, x[1].clone() - 2e-6, x[0].clone() * &x[1] - 2.0],
     },
     Function {
         name: "Beale",
         start: &[1.0, 1.0],
         minima: &[0.0],
         residuals: |x| {
-            [1.5, 2.25, 2.625]
-                .iter()
-                .zip(1..)
-                .map(|(y, i)| x[0].clone() * (x[1].powi(i) - 1.0) + *y)
-                .collect()
+            [1.5, 2.25, 2.625].iter().zip(1..).map(|(y, i)| x[0].clone() * (x[1].powi(i) - 1.0) + *y).collect()
         },
     },
     Function {
         name: "JennrichSampson",
         start: &[0.3, 0.4],
         minima: &[124.362182355615],
-        residuals: |x| {
-            over(10, |i| {
-                -((x[0].clone() * i).exp() + (x[1].clone() * i).exp()) + 2.0 + 2.0 * i
-            })
-        },
+        residuals: |x| over(10, |i| -((x[0].clone() * i).exp() + (x[1].clone() * i).exp()) + 2.0 + 2.0 * i),
     },
     Function {
         name: "HelicalValley",
@@ -156,11 +129,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
             let half = if x[0].re < 0.0 { 0.5 } else { 0.0 };
             let theta = (x[1].clone() / &x[0]).atan() / std::f64::consts::TAU + half;
             let radius = (x[0].powi(2) + x[1].powi(2)).sqrt();
-            vec![
-                (x[2].clone() - theta * 10.0) * 10.0,
-                (radius - 1.0) * 10.0,
-                x[2].clone(),
-            ]
+            vec![(x[2].clone() - theta * 10.0) * 10.0, (radius - 1.0) * 10.0, x[2].clone()]
         },
     },
     Function {
@@ -171,8 +140,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
             over(15, |u| {
                 let v = 16.0 - u;
                 let w = u.min(v);
-                -(x[0].clone() + (x[1].clone() * v + x[2].clone() * w).recip() * u)
-                    + BARD[u as usize - 1]
+                -(x[0].clone() + (x[1].clone() * v + x[2].clone() * w).recip() * u) + BARD[u as usize - 1]
             })
         },
     },
@@ -183,8 +151,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
         residuals: |x| {
             over(15, |i| {
                 let t = (8.0 - i) / 2.0;
-                x[0].clone() * (-x[1].clone() * (-x[2].clone() + t).powi(2) / 2.0).exp()
-                    - GAUSSIAN[i as usize - 1]
+                x[0].clone() * (-x[1].clone() * (-x[2].clone() + t).powi(2) / 2.0).exp() - GAUSSIAN[i as usize - 1]
             })
         },
     },
@@ -193,10 +160,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
         start: &[0.02, 4000.0, 250.0],
         minima: &[87.9458551709],
         residuals: |x| {
-            over(16, |i| {
-                x[0].clone() * (x[1].clone() / (x[2].clone() + 45.0 + 5.0 * i)).exp()
-                    - MEYER[i as usize - 1]
-            })
+            over(16, |i| x[0].clone() * (x[1].clone() / (x[2].clone() + 45.0 + 5.0 * i)).exp() - MEYER[i as usize - 1])
         },
     },
     Function {
@@ -206,9 +170,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
         residuals: |x| {
             over(10, |i| {
                 let t = 0.1 * i;
-                (x[0].clone() * -t).exp()
-                    - (x[1].clone() * -t).exp()
-                    - x[2].clone() * ((-t).exp() - (-10.0 * t).exp())
+                (x[0].clone() * -t).exp() - (x[1].clone() * -t).exp() - x[2].clone() * ((-t).exp() - (-10.0 * t).exp())
             })
         },
     },
@@ -270,9 +232,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
         residuals: |x| {
             over(33, |i| {
                 let t = 10.0 * (i - 1.0);
-                -(x[0].clone()
-                    + x[1].clone() * (x[3].clone() * -t).exp()
-                    + x[2].clone() * (x[4].clone() * -t).exp())
+                -(x[0].clone() + x[1].clone() * (x[3].clone() * -t).exp() + x[2].clone() * (x[4].clone() * -t).exp())
                     + OSBORNE1[i as usize - 1]
             })
         },
@@ -297,9 +257,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
         residuals: |x| {
             over(65, |i| {
                 let t = (i - 1.0) / 10.0;
-                let bell = |a: usize, b: usize, w: usize| {
-                    x[a].clone() * (-(-x[b].clone() + t).powi(2) * &x[w]).exp()
-                };
+                let bell = |a: usize, b: usize, w: usize| x[a].clone() * (-(-x[b].clone() + t).powi(2) * &x[w]).exp();
                 let first = x[0].clone() * (x[4].clone() * -t).exp();
                 -(first + bell(1, 8, 5) + bell(2, 9, 6) + bell(3, 10, 7)) + OSBORNE2[i as usize - 1]
             })

@@ -9,11 +9,7 @@ use proptest::prelude::*;
 /// Decaying exponentials seen at a few times, with any data.
 fn decay(y: [f64; 6]) -> Closure<impl Fn(&[Dual]) -> Option<Vec<Dual>>> {
     Closure::new(3, move |x| {
-        Some(
-            (0..6)
-                .map(|i| (x[1].clone() * (-0.4 * i as f64)).exp() * &x[0] + &x[2] - y[i])
-                .collect(),
-        )
+        Some((0..6).map(|i| (x[1].clone() * (-0.4 * i as f64)).exp() * &x[0] + &x[2] - y[i]).collect())
     })
 }
 
@@ -66,8 +62,8 @@ proptest! {
         prop_assert_eq!(a.status, b.status);
         prop_assert!((a.cost - b.cost).abs() <= 1e-12 * a.cost + 1e-28);
         if a.status.converged() && a.invisible.is_empty() {
-            for j in 0..3 {
-                let error = (a.point[j] - b.point[j] / units[j]).abs();
+            for (j, unit) in units.iter().enumerate() {
+                let error = (a.point[j] - b.point[j] / unit).abs();
                 prop_assert!(error <= 1e-9 * (1.0 + a.point[j].abs()), "{:?} {:?}", a.point, b.point);
             }
         }
@@ -77,13 +73,7 @@ proptest! {
 #[test]
 fn two_runs_give_the_same_bits() {
     for function in FUNCTIONS {
-        let (a, b) = (
-            function.closure().solve(function.start),
-            function.closure().solve(function.start),
-        );
-        assert_eq!(
-            (a.point, a.trace, a.information),
-            (b.point, b.trace, b.information)
-        );
+        let (a, b) = (function.closure().solve(function.start), function.closure().solve(function.start));
+        assert_eq!((a.point, a.trace, a.information), (b.point, b.trace, b.information));
     }
 }

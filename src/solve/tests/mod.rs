@@ -32,6 +32,8 @@ pub(super) struct Closure<F> {
     pub(super) scale: Vec<f64>,
     pub(super) lower: Vec<f64>,
     pub(super) upper: Vec<f64>,
+    /// Invisible directions, where they are not to be judged from R.
+    pub(super) invisible: Option<Vec<Vec<f64>>>,
     /// What the derivatives are multiplied by: not 1 for a wrong Jacobian.
     pub(super) mistake: f64,
 }
@@ -44,6 +46,7 @@ impl<F: Fn(&[Dual]) -> Option<Vec<Dual>>> Closure<F> {
             scale: vec![1.0; n],
             lower: vec![f64::NEG_INFINITY; n],
             upper: vec![f64::INFINITY; n],
+            invisible: None,
             mistake: 1.0,
         }
     }
@@ -57,11 +60,7 @@ impl<F: Fn(&[Dual]) -> Option<Vec<Dual>>> Closure<F> {
         let variables: Vec<Dual> = (0..n)
             .map(|j| {
                 let variable = Dual::from_re(q[j]);
-                if derivatives {
-                    variable.with_derivative(j, n)
-                } else {
-                    variable
-                }
+                if derivatives { variable.with_derivative(j, n) } else { variable }
             })
             .collect();
         (self.residuals)(&variables).ok_or(Refused::Domain)
@@ -88,12 +87,7 @@ impl<F: Fn(&[Dual]) -> Option<Vec<Dual>>> LeastSquares for Closure<F> {
     }
 
     fn cost(&self, q: &Vec<f64>) -> Result<f64, Refused> {
-        Ok(0.5
-            * self
-                .evaluate(q, false)?
-                .iter()
-                .map(|r| r.re * r.re)
-                .sum::<f64>())
+        Ok(0.5 * self.evaluate(q, false)?.iter().map(|r| r.re * r.re).sum::<f64>())
     }
 
     fn linearise(&self, q: &Vec<f64>) -> Result<SquareRootInformation, Refused> {
@@ -101,10 +95,7 @@ impl<F: Fn(&[Dual]) -> Option<Vec<Dual>>> LeastSquares for Closure<F> {
         let residuals = self.evaluate(q, true)?;
         let mut block = Matrix::zeros(residuals.len(), n + 1);
         for (i, residual) in residuals.iter().enumerate() {
-            let derivative = residual
-                .eps
-                .clone()
-                .unwrap_generic(nalgebra::Dyn(n), nalgebra::Const::<1>);
+            let derivative = residual.eps.clone().unwrap_generic(nalgebra::Dyn(n), nalgebra::Const::<1>);
             for j in 0..n {
                 block[(i, j)] = derivative[j] * self.mistake;
             }
@@ -116,20 +107,22 @@ impl<F: Fn(&[Dual]) -> Option<Vec<Dual>>> LeastSquares for Closure<F> {
     }
 
     fn retract(&self, q: &Vec<f64>, delta: &[f64]) -> Vec<f64> {
-        (0..q.len())
-            .map(|j| (q[j] + delta[j]).clamp(self.lower[j], self.upper[j]))
-            .collect()
+        (0..q.len()).map(|j| (q[j] + delta[j]).clamp(self.lower[j], self.upper[j])).collect()
     }
 
     fn offset(&self, q: &Vec<f64>) -> Vec<f64> {
-        q.iter()
-            .zip(&self.nominal)
-            .map(|(q, nominal)| q - nominal)
-            .collect()
+        q.iter().zip(&self.nominal).map(|(q, nominal)| q - nominal).collect()
     }
 
     fn scale(&self) -> &[f64] {
         &self.scale
+    }
+
+    fn invisible(&self, _: &Vec<f64>, at: &SquareRootInformation) -> Result<Vec<Vec<f64>>, Refused> {
+        match &self.invisible {
+            Some(invisible) => Ok(invisible.clone()),
+            None => Ok(super::null_space(at, &self.scale)?.basis),
+        }
     }
 
     fn bounds(&self, q: &Vec<f64>) -> (Vec<f64>, Vec<f64>) {

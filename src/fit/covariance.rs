@@ -1,0 +1,119 @@
+//! The covariance of an estimate from its triangular factor.
+
+use crate::linalg::{LinalgError, Matrix, SquareRootInformation, orthonormalise, solve_upper};
+
+/// A covariance matrix of the free coordinates; zero rows and columns for those that are on a bound.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Covariance {
+    /// Row by row.
+    pub entries: Vec<Vec<f64>>,
+}
+
+impl Covariance {
+    /// C of min ‖R δ + d‖ where coordinates with `active` do not move, and directions of `invisible` (orthonormal in
+    /// z = δ/scale) are those of the minimum-norm datum: C = S B (Mᵀ M)⁻¹ Bᵀ S with M = R S B, the columns of B an orthonormal
+    /// basis of what is visible.
+    ///
+    /// # Errors
+    /// Where what remains has no full rank.
+    pub fn new(
+        information: &SquareRootInformation,
+        scale: &[f64],
+        invisible: &[Vec<f64>],
+        active: &[bool],
+    ) -> Result<Covariance, LinalgError> {
+        let n = scale.len();
+        let mut basis: Vec<Vec<f64>> = Vec::new();
+        if invisible.is_empty() {
+            // the unit vectors themselves: no digit is lost to a change of basis
+            for j in (0..n).filter(|&j| !active[j]) {
+                let mut unit = vec![0.0; n];
+                unit[j] = scale[j];
+                basis.push(unit);
+            }
+        } else {
+            let mut seen = invisible.to_vec();
+            for j in (0..n).filter(|&j| active[j]) {
+                let mut unit = vec![0.0; n];
+                unit[j] = 1.0;
+                seen.push(unit);
+            }
+            // what Gram–Schmidt leaves of the unit vectors is the complement
+            let hidden = seen.len();
+            for j in 0..n {
+                let mut unit = vec![0.0; n];
+                unit[j] = 1.0;
+                seen.push(unit);
+            }
+            orthonormalise(&mut seen);
+            for vector in &seen[hidden.min(seen.len())..] {
+                basis.push(vector.iter().zip(scale).map(|(z, s)| z * s).collect());
+            }
+        }
+        let k = basis.len();
+        let columns: Vec<Vec<f64>> = basis.iter().map(|delta| information.r().mul_vec(delta)).collect();
+        let m = Matrix::from_columns(n, &columns);
+        let factor = SquareRootInformation::from_rows(&m, &vec![0.0; n])?;
+        // root = S B M⁻¹, one column for each column of the inverse: C = root rootᵀ
+        let mut root = vec![vec![0.0; n]; k];
+        for (i, column) in root.iter_mut().enumerate() {
+            let mut unit = vec![0.0; k];
+            unit[i] = 1.0;
+            let inverse = solve_upper(factor.r(), &unit)?;
+            for (weight, delta) in inverse.iter().zip(&basis) {
+                for (entry, d) in column.iter_mut().zip(delta) {
+                    *entry += weight * d;
+                }
+            }
+        }
+        let entry = |i: usize, j: usize| root.iter().map(|column| column[i] * column[j]).sum::<f64>();
+        let entries: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
+        if entries.iter().flatten().any(|value| !value.is_finite()) {
+            return Err(LinalgError::NotFinite);
+        }
+        Ok(Covariance { entries })
+    }
+
+    /// The standard deviation of a coordinate.
+    pub fn sigma(&self, i: usize) -> f64 {
+        self.entries[i][i].max(0.0).sqrt()
+    }
+
+    /// The correlation of two coordinates, `None` where one has no variance.
+    pub fn correlation(&self, i: usize, j: usize) -> Option<f64> {
+        let (a, b) = (self.sigma(i), self.sigma(j));
+        (a > 0.0 && b > 0.0).then(|| if i == j { 1.0 } else { (self.entries[i][j] / (a * b)).clamp(-1.0, 1.0) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn information(rows: &[[f64; 3]]) -> SquareRootInformation {
+        SquareRootInformation::from_rows(&Matrix::from_rows(3, rows), &vec![0.0; rows.len()]).unwrap()
+    }
+
+    #[test]
+    fn independent_measurements_have_their_own_variances() {
+        let all = information(&[[2.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 0.5]]);
+        let c = Covariance::new(&all, &[1.0; 3], &[], &[false; 3]).unwrap();
+        assert_eq!([c.sigma(0), c.sigma(1), c.sigma(2)], [0.5, 0.25, 2.0]);
+        assert_eq!(c.correlation(0, 1), Some(0.0));
+        let c = Covariance::new(&all, &[1.0; 3], &[], &[false, true, false]).unwrap();
+        assert_eq!([c.sigma(0), c.sigma(1), c.sigma(2)], [0.5, 0.0, 2.0]);
+    }
+
+    #[test]
+    fn a_difference_alone_has_the_minimum_norm_variance() {
+        // x − y is measured with σ = 1: at the datum x + y = const each moves by half of it
+        let all = information(&[[1.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]);
+        let half = 0.5f64.sqrt();
+        let c = Covariance::new(&all, &[1.0; 3], &[vec![half, half, 0.0]], &[false; 3]).unwrap();
+        for i in 0..2 {
+            assert!((c.sigma(i) - 0.5).abs() < 1e-15);
+        }
+        assert!((c.correlation(0, 1).unwrap() + 1.0).abs() < 1e-12);
+        assert!((c.sigma(2) - 1.0).abs() < 1e-15);
+    }
+}

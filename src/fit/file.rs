@@ -1,0 +1,126 @@
+//! A fit as a JSON file, and values read back from one.
+
+use serde_json::{Map, Value, json};
+
+use super::estimate::Fit;
+use crate::diag::{Code, DataPlace, Diagnostic, json as diagnostics_json};
+
+/// What a fit file holds beside the fit itself.
+#[derive(Clone, Debug, Default)]
+pub struct FitFile {
+    /// Version, fingerprints, options.
+    pub provenance: Map<String, Value>,
+    /// Nanoseconds by stage.
+    pub timings: Map<String, Value>,
+}
+
+impl FitFile {
+    /// The JSON of a fit. Numbers round-trip exactly.
+    pub fn json(&self, fit: &Fit) -> Value {
+        let verdict = fit.verdict();
+        let parameters: Vec<Value> = fit
+            .parameters
+            .iter()
+            .map(|p| {
+                json!({
+                    "name": p.name, "value": p.value, "unit": p.unit, "sigma": p.sigma, "estimable": p.estimable,
+                    "at_bound": p.at_bound, "nominal": p.nominal, "tolerance": p.tolerance,
+                })
+            })
+            .collect();
+        let held: Vec<Value> =
+            fit.held.iter().map(|p| json!({"name": p.name, "value": p.value, "unit": p.unit})).collect();
+        let directions: Vec<Value> = fit
+            .null_directions
+            .iter()
+            .map(|direction| {
+                let combination: Map<String, Value> =
+                    direction.iter().map(|(name, w)| (name.clone(), json!(w))).collect();
+                json!({ "combination": combination })
+            })
+            .collect();
+        let trace: Vec<Value> = fit
+            .trace
+            .iter()
+            .map(|t| {
+                json!({
+                    "iteration": t.iteration, "kind": t.kind.name(), "cost": t.cost, "trial_cost": t.trial_cost,
+                    "predicted": t.predicted, "gain": t.gain, "damping": t.damping, "radius": t.radius,
+                    "step_norm": t.step_norm, "gradient": t.gradient, "accepted": t.accepted,
+                })
+            })
+            .collect();
+        let rms: Map<String, Value> = fit
+            .residual_rms
+            .iter()
+            .map(|(name, rms, unit)| (name.clone(), json!({"value": rms, "unit": unit})))
+            .collect();
+        json!({
+            "status": fit.status.name(),
+            "converged": fit.status.converged(),
+            "trustworthy": verdict.trustworthy(),
+            "verdict": verdict.reasons,
+            "cost": fit.cost,
+            "sum_of_squares": fit.sum_of_squares,
+            "equations": fit.equations,
+            "priors": fit.priors,
+            "dof": fit.dof,
+            "sigma0": fit.sigma0,
+            "chi_squared": fit.chi_squared.map(|c| json!({"value": c.value, "dof": c.dof, "upper_tail": c.upper_tail})),
+            "weights": fit.weights.name(),
+            "iterations": fit.iterations,
+            "rank": fit.rank,
+            "parameters": parameters,
+            "held": held,
+            "null_directions": directions,
+            "correlations": correlations(fit),
+            "singular_values": fit.singular_values,
+            "residual_rms": rms,
+            "trace": trace,
+            "timings_ns": self.timings,
+            "warnings": diagnostics_json(&fit.warnings),
+            "provenance": self.provenance,
+        })
+    }
+}
+
+/// Names and matrix of the correlations; null where a coordinate has no variance or is not estimable.
+fn correlations(fit: &Fit) -> Value {
+    let Some(covariance) = &fit.covariance else { return Value::Null };
+    let names: Vec<&str> = fit.parameters.iter().map(|p| p.name.as_str()).collect();
+    let known = |i: usize| fit.parameters[i].sigma.is_some();
+    let entry = |i: usize, j: usize| covariance.correlation(i, j).filter(|_| known(i) && known(j));
+    let matrix: Vec<Vec<Option<f64>>> =
+        (0..names.len()).map(|i| (0..names.len()).map(|j| entry(i, j)).collect()).collect();
+    json!({ "names": names, "matrix": matrix })
+}
+
+/// The values of a fit file, or of a JSON object of name → value.
+///
+/// # Errors
+/// Where the text is neither.
+pub fn read_values(file: &str, text: &str) -> Result<Vec<(String, f64)>, Box<Diagnostic>> {
+    let wrong = |why: String| {
+        let hint = "write a fit with `calibrate --out FILE`, or an object such as {\"L1.alpha\": 1.5707}";
+        Box::new(Diagnostic::error(Code::BadFitFile, why).at_data(DataPlace::file(file)).hint(hint))
+    };
+    let value: Value = serde_json::from_str(text).map_err(|error| wrong(format!("`{file}` is not JSON: {error}")))?;
+    let Value::Object(object) = value else { return Err(wrong(format!("`{file}` is not a JSON object"))) };
+    let number = |name: &str, value: Option<&Value>| match value.and_then(Value::as_f64) {
+        Some(number) if number.is_finite() => Ok((name.to_owned(), number)),
+        _ => Err(wrong(format!("the value of `{name}` is not a number"))),
+    };
+    let Some(Value::Array(parameters)) = object.get("parameters") else {
+        return object.iter().map(|(name, value)| number(name, Some(value))).collect();
+    };
+    let held = object.get("held").and_then(Value::as_array).into_iter().flatten();
+    parameters
+        .iter()
+        .chain(held)
+        .map(|entry| {
+            let name =
+                entry.get("name").and_then(Value::as_str).ok_or_else(|| wrong("a parameter has no name".into()))?;
+            number(name, entry.get("value"))
+        })
+        .collect()
+}
