@@ -31,7 +31,7 @@ use std::sync::Arc;
 
 use crate::diag::{Code, Diagnostic, Diagnostics, Source, Span};
 use crate::model::{Model, Quantity, Text};
-use crate::unit::Dimension;
+use crate::unit::{Dimension, Unit};
 use declarations::{Declarations, Symbol};
 use quantity::Quantities;
 use scope::Scope;
@@ -126,6 +126,18 @@ pub fn quantity(program: &Program, text: &str, wanted: Dimension) -> Result<f64,
     let text = Text { value: text.to_owned(), span, exact: true };
     let mut diagnostics = Diagnostics::new();
     quantities.constant(&Quantity::Text(text), wanted, None, &mut diagnostics).ok_or(diagnostics)
+}
+
+/// A constant of the model file for a column of this unit, in internal units. A bare number counts in the column's unit.
+/// Mistakes are reported, and then there is none.
+pub fn column_constant(
+    program: &Program,
+    quantity: &Quantity,
+    unit: Unit,
+    diagnostics: &mut Diagnostics,
+) -> Option<f64> {
+    let quantities = Quantities::of_units(program.units, &program.source);
+    quantities.constant(quantity, unit.dimension, Some(unit), diagnostics)
 }
 
 fn in_source(diagnostic: &Diagnostic, name: &str) -> bool {

@@ -49,3 +49,19 @@ fn mistakes_are_found_together() {
     }
     assert_eq!(found.len(), 8, "{found:#?}");
 }
+
+#[test]
+fn functions_that_call_functions_do_not_explode_and_do_not_overflow() {
+    let chain = |n: usize| {
+        let mut text = String::from(r#"(name: "d", parameters: {"a": Scalar(Free(1))}, functions: {"f0(x)": "x","#);
+        for i in 1..n {
+            text += &format!(r#""f{i}(x)": "f{0}(x) + f{0}(x)","#, i - 1);
+        }
+        text + &format!(r#"}}, measurements: {{"m": (residuals: {{"r": "f{}(a)"}})}})"#, n - 1)
+    };
+    // 2^39 calls, 39 additions
+    let program = compiled(&chain(40)).unwrap();
+    assert_eq!(program.measurements[0].tape.evaluate(&[1.0], &[]), [2f64.powi(39)]);
+    let found = compiled(&chain(2000)).unwrap_err();
+    assert!(found[0].starts_with("E038"), "{found:?}");
+}

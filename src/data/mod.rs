@@ -1,25 +1,23 @@
-//! stub
-use crate::diag::DataPlace;
-#[derive(Clone, Debug, Default)]
-pub struct Table {
-    pub width: usize,
-    pub readings: Vec<f64>,
-    pub keys: Vec<Vec<(String, u32)>>,
-}
-impl Table {
-    pub fn rows(&self) -> usize {
-        if self.width == 0 { 1 } else { self.readings.len() / self.width }
-    }
-    pub fn row(&self, i: usize) -> &[f64] {
-        &self.readings[i * self.width..(i + 1) * self.width]
-    }
-    pub fn key(&self, i: usize, k: usize) -> &str {
-        &self.keys[i][k].0
-    }
-    pub fn key_index(&self, i: usize, k: usize) -> u32 {
-        self.keys[i][k].1
-    }
-    pub fn place(&self, _i: usize) -> DataPlace {
-        DataPlace::file("stub")
-    }
-}
+//! Rows of data: [`read`] takes a measurement's files into one [`Table`] in internal units, [`write`] puts one into a file.
+//!
+//! All mistakes of all files are reported at once, each with its file, line, row, column and what stands there. A table knows
+//! where each of its rows came from, so that whoever meets an impossible row later can say so too.
+//!
+//! Files are CSV with a heading, or without one where the model names the columns. Cells are trimmed, blank lines and lines
+//! that begin with `#` skipped, a byte-order mark too; lines end as they like; where the heading has semicolons or tabs instead of
+//! commas, those separate. A heading may say the unit again, `hzL1 [deg]`, and then has to say the declared one.
+
+mod cell;
+mod column;
+mod csv;
+mod heading;
+mod lines;
+mod table;
+#[cfg(test)]
+mod tests;
+mod write;
+
+pub use self::csv::{STANDARD_INPUT, read};
+pub use column::Column;
+pub use table::Table;
+pub use write::{write, write_to};

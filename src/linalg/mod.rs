@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Rows stream into it in blocks of any size; two of them merge into one. Everything else works on R, which has as many
-//! rows as there are parameters: [`svd`], [`solve_upper`], and [`bounded_least_squares`], the exact solution of (1) within
+//! rows as there are parameters: [`svd()`], [`solve_upper`], and [`bounded_least_squares`], the exact solution of (1) within
 //! a box.
 //!
 //! No type of another crate appears in a signature here, and nothing that is not finite gets in.

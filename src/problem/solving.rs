@@ -6,6 +6,7 @@ use super::rotation;
 use crate::diag::{Code, Diagnostic};
 use crate::linalg::{LinalgError, Matrix, SquareRootInformation};
 use crate::solve::{LeastSquares, null_space};
+use crate::unit::Dimension;
 
 /// Rows of the Jacobian folded at a time.
 const CHUNK: usize = 128;
@@ -159,8 +160,14 @@ impl LeastSquares for Problem<'_> {
         &self.scale
     }
 
+    /// The value itself, since 3000 mm carry the rounding of 3000 mm; an angle's sine and cosine that of one.
     fn magnitude(&self, q: &Vec<f64>) -> Vec<f64> {
-        self.free.iter().map(|&c| q[c].abs().max(self.layout.coordinates[c].tolerance)).collect()
+        let size = |&c: &usize| {
+            let coordinate = &self.layout.coordinates[c];
+            let least = if coordinate.dimension == Dimension::ANGLE { 1.0 } else { coordinate.tolerance };
+            q[c].abs().max(least)
+        };
+        self.free.iter().map(size).collect()
     }
 
     fn bounds(&self, q: &Vec<f64>) -> (Vec<f64>, Vec<f64>) {

@@ -1,7 +1,7 @@
 //! Nonlinear least squares: minimise ½‖r(q)‖² for q on a manifold, and end where the tolerances say.
 //!
 //! A solver knows a problem by the trait [`LeastSquares`]: its true cost, its linearisation as a
-//! [`SquareRootInformation`](crate::linalg::SquareRootInformation), and the geometry of its points. [`minimise`] is
+//! [`SquareRootInformation`](crate::linalg::SquareRootInformation), and the geometry of its points. [`minimise()`] is
 //! Levenberg–Marquardt in trust-region form (Moré 1978):
 //!
 //! 1. Linearise: r(q ⊕ δ) ≈ R δ + d.

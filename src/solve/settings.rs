@@ -1,6 +1,6 @@
 //! What can be set.
 
-/// Settings of [`minimise`](super::minimise).
+/// Settings of [`minimise`](super::minimise()).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Trial steps at most, accepted or not. Default 1000.

@@ -1,4 +1,4 @@
-//! The flagship against the oracle and against the paper's own formulas.
+//! The flagship against the oracle.
 
 use phical::compile::{Program, compile};
 use phical::data::Table;
@@ -9,46 +9,68 @@ use phical::problem::{Options, Problem, Selection};
 use crate::close::close;
 use crate::shared::{numbers, project, shared_json};
 
-pub fn program(path: &str) -> Program {
-    let source = Source::read(&project(path)).expect("the model is there");
-    let (model, _) = load(&source).expect("it reads");
-    compile(&model, &source, &[]).expect("it compiles").0
+/// A compiled model from its text.
+pub fn compiled(text: &str) -> Program {
+    let source = Source::new("test", text);
+    let (model, _) = load(&source).unwrap_or_else(|found| panic!("{}", phical::diag::text(&found, false)));
+    compile(&model, &source, &[]).unwrap_or_else(|found| panic!("{}", phical::diag::text(&found, false))).0
+}
+
+/// The shipped flagship.
+pub struct Flagship(pub Program);
+
+pub fn flagship() -> Flagship {
+    let text = std::fs::read_to_string(project("models/two_theodolite/model.ron")).expect("the model is there");
+    Flagship(compiled(&text))
+}
+
+impl Flagship {
+    /// The paper's 21 parameters on rows of nine readings.
+    pub fn bound(&self, rows: &[f64]) -> Problem<'_> {
+        let mut table = Table::new(0, 9);
+        rows.chunks(9).for_each(|row| table.push(&[], row, None));
+        let selection = Selection { free: vec!["L1.b".into()], ..Selection::default() };
+        Problem::bind(&self.0, vec![(0, table)], &Options { selection, ..Options::default() }).expect("it binds").0
+    }
+}
+
+/// The oracle's rows and its parameter points.
+pub fn oracle_rows() -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+    let oracle = shared_json("reference/two_theodolite_oracle.json")?;
+    let rows = oracle["rows"].as_array()?.iter().flat_map(numbers).collect();
+    Some((rows, oracle["at"].as_object()?.values().map(|at| numbers(&at["q"])).collect()))
 }
 
 #[test]
 fn the_oracle_agrees_at_all_points() {
     let Some(oracle) = shared_json("reference/two_theodolite_oracle.json") else { return };
-    let program = program("models/two_theodolite/model.ron");
+    let Some((rows, _)) = oracle_rows() else { return };
+    let flagship = flagship();
+    let problem = flagship.bound(&rows);
     let names: Vec<&str> = oracle["parameters"].as_array().unwrap().iter().map(|v| v.as_str().unwrap()).collect();
-    let readings: Vec<f64> = oracle["rows"].as_array().unwrap().iter().flat_map(numbers).collect();
-    let table = Table { width: 9, readings, keys: Vec::new() };
-    let selection = Selection { free: vec!["L1.b".into()], ..Selection::default() };
-    let options = Options { selection, ..Options::default() };
-    let (problem, _) = Problem::bind(&program, vec![(0, table)], &options).unwrap();
     let free: Vec<&str> = problem.free.iter().map(|&c| problem.layout.coordinates[c].name.as_str()).collect();
     assert_eq!(free, names);
-    let residuals: Vec<&str> = program.measurements[0].residuals.iter().map(|r| r.name.as_str()).collect();
+    let residuals: Vec<&str> = flagship.0.measurements[0].residuals.iter().map(|r| r.name.as_str()).collect();
     assert_eq!(residuals, ["vo.x", "vo.y", "vo.z", "kci1", "kci2"]);
+    let flat = |value: &serde_json::Value| value.as_array().unwrap().iter().flat_map(numbers).collect::<Vec<f64>>();
+    let block = &problem.blocks[0];
+    let mut seen = 0;
     for (point, at) in oracle["at"].as_object().unwrap() {
         let q = numbers(&at["q"]);
-        let block = &problem.blocks[0];
-        let mut rows = 0;
         block
             .jacobians(&problem.layout, &q, &problem.places(), None, |row| {
                 close(row.residuals, &numbers(&at["r"][row.row]), 1e-11, &format!("{point} r {}", row.row));
-                let expected: Vec<f64> = at["dr_dq"][row.row].as_array().unwrap().iter().flat_map(numbers).collect();
-                close(row.derivatives, &expected, 1e-11, &format!("{point} dr/dq {}", row.row));
-                rows += 1;
+                close(row.derivatives, &flat(&at["dr_dq"][row.row]), 1e-11, &format!("{point} dr/dq {}", row.row));
+                seen += 1;
                 Ok(())
             })
             .unwrap();
         block.input_jacobians(&problem.layout, &q, |row, evaluate| {
             let (mut values, mut derivatives) = (vec![0.0; 5], vec![0.0; 45]);
             evaluate(block.table.row(row), &mut values, &mut derivatives);
-            let expected: Vec<f64> = at["dr_dx"][row].as_array().unwrap().iter().flat_map(numbers).collect();
-            close(&derivatives, &expected, 1e-11, &format!("{point} dr/dx {row}"));
-            rows += 1;
+            close(&derivatives, &flat(&at["dr_dx"][row]), 1e-11, &format!("{point} dr/dx {row}"));
+            seen += 1;
         });
-        assert_eq!(rows, 24);
     }
+    assert_eq!(seen, 4 * 24);
 }

@@ -1,5 +1,9 @@
 //! One integration binary; its modules are the tests.
+#![allow(unreachable_pub, reason = "a test binary has no outside")]
 
 mod close;
 mod flagship;
+mod kinematics;
+mod paper;
 mod shared;
+mod tidy;

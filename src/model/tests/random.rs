@@ -167,9 +167,16 @@ fn parameter() -> BoxedStrategy<Parameter> {
 }
 
 fn data() -> BoxedStrategy<DataFiles> {
-    let file = (any_text(), vec(any_text(), 0..3), map(quantity()), any::<bool>()).prop_map(
-        |(file, columns, constants, optional)| DataFile { file, columns, constants, optional, span: Span::default() },
-    );
+    let file = (any_text(), vec(any_text(), 0..3), map(quantity()), any::<bool>(), any::<bool>(), any::<bool>())
+        .prop_map(|(file, columns, constants, optional, header, check)| DataFile {
+            file,
+            columns,
+            constants,
+            optional,
+            header,
+            role: if check { DataRole::Check } else { DataRole::Calibrate },
+            span: Span::default(),
+        });
     vec(file, 0..3).prop_map(DataFiles).boxed()
 }
 

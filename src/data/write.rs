@@ -1,0 +1,143 @@
+//! From a table to a file.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use csv::WriterBuilder;
+
+use super::column::{Column, nearest};
+use super::table::Table;
+use crate::compile::Program;
+use crate::diag::{Code, DataPlace, Diagnostic};
+use crate::unit::parse_dms;
+
+/// Writes a table as CSV: a heading, then each row with its names and, in the columns' own units, its readings.
+///
+/// The file is there as a whole or not at all. What [`read`](super::read) takes from it is the same table, to the bit
+/// where the column's unit can state the reading.
+///
+/// # Errors
+///
+/// [`Code::CannotWrite`] where the file cannot be written, or a reading is not finite.
+pub fn write(program: &Program, measurement: usize, table: &Table, path: &Path) -> Result<(), Box<Diagnostic>> {
+    whole(path, |out| write_to(program, measurement, table, out)).map_err(|error| {
+        let name = path.display().to_string();
+        let found = Diagnostic::error(Code::CannotWrite, format!("`{name}` cannot be written: {error}"));
+        Box::new(found.at_data(DataPlace::file(name)))
+    })
+}
+
+/// Has a file written beside its place and then moved there. What is there and no plain file is written into.
+fn whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    if path.metadata().is_ok_and(|there| !there.is_file() && !there.is_dir()) {
+        let mut out = BufWriter::new(File::options().write(true).open(path)?);
+        write(&mut out)?;
+        return out.flush();
+    }
+    let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    {
+        // as any new file: what the umask leaves of it
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    let mut file = builder.prefix(".").suffix(".part").tempfile_in(directory)?;
+    let mut out = BufWriter::new(file.as_file_mut());
+    write(&mut out)?;
+    out.flush()?;
+    drop(out);
+    file.persist(path).map(drop).map_err(|error| error.error)
+}
+
+/// Writes a table as CSV.
+///
+/// # Errors
+///
+/// Where writing fails, or a reading is not finite.
+pub fn write_to(program: &Program, measurement: usize, table: &Table, out: &mut dyn Write) -> io::Result<()> {
+    let declared = &program.measurements[measurement];
+    let columns: Vec<(Column, bool)> =
+        declared.inputs.iter().map(|input| (Column::new(&program.units, input), input.dms)).collect();
+    if columns.is_empty() && declared.keys.is_empty() {
+        return Ok(());
+    }
+    let mut csv = WriterBuilder::new().comment(Some(b'#')).from_writer(out);
+    let inputs = declared.inputs.iter().map(|input| input.name.as_str());
+    csv.write_record(declared.keys.iter().map(String::as_str).chain(inputs))?;
+    let mut cell = String::new();
+    for row in 0..table.rows() {
+        for k in 0..declared.keys.len() {
+            csv.write_field(table.key(row, k))?;
+        }
+        for (&reading, (column, dms)) in table.row(row).iter().zip(&columns) {
+            let value = column.from_internal(reading);
+            if !value.is_finite() {
+                return Err(io::Error::new(io::ErrorKind::InvalidData, format!("row {} is not finite", row + 1)));
+            }
+            cell.clear();
+            put(&mut cell, value, *dms);
+            csv.write_field(&cell)?;
+        }
+        csv.write_record(None::<&[u8]>)?;
+    }
+    csv.flush()
+}
+
+/// A number with the fewest digits that give it back, as an angle in degrees, minutes and seconds where wanted.
+fn put(cell: &mut String, value: f64, dms: bool) {
+    use std::fmt::Write as _;
+    if !dms {
+        // a String takes everything
+        let _ = write!(cell, "{value}");
+        return;
+    }
+    // the seconds of arc that are read back as this angle; below 2⁵³ their parts are exact
+    let seconds = nearest(value.abs() / std::f64::consts::PI * 648_000.0, value.abs(), |seconds| {
+        seconds / 648_000.0 * std::f64::consts::PI
+    });
+    let degrees = (seconds / 3600.0).floor();
+    let rest = seconds - 3600.0 * degrees;
+    let minutes = (rest / 60.0).floor();
+    let (sign, rest) = (if value < 0.0 { "-" } else { "" }, rest - 60.0 * minutes);
+    let zero = if rest < 10.0 { "0" } else { "" };
+    let _ = write!(cell, "{sign}{degrees}-{minutes:02}-{zero}{rest}");
+    debug_assert!(parse_dms(cell).is_ok_and(|again| (again - value).abs() <= 1e-15 * value.abs()), "{cell}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn degrees_minutes_and_seconds_keep_every_digit(angle in -7.0..7.0_f64) {
+            let mut cell = String::new();
+            // what an instrument of such a column states
+            let seconds = angle / std::f64::consts::PI * 648_000.0;
+            let angle = seconds / 648_000.0 * std::f64::consts::PI;
+            put(&mut cell, angle, true);
+            prop_assert_eq!(parse_dms(&cell), Ok(angle), "{}", cell);
+        }
+    }
+
+    #[test]
+    fn degrees_minutes_and_seconds_look_as_usual() {
+        for (text, expected) in [
+            ("12-34-56.7", "12-34-56.7"),
+            ("-0-0-5", "-0-00-05"),
+            ("0 0 0", "0-00-00"),
+            ("359°59'59.999\"", "359-59-59.999"),
+            ("90-0-0", "90-00-00"),
+        ] {
+            let mut cell = String::new();
+            put(&mut cell, parse_dms(text).unwrap(), true);
+            assert_eq!(parse_dms(&cell), parse_dms(text), "{cell}");
+            if text.len() == expected.len() {
+                assert_eq!(cell.len() >= expected.len(), true, "{cell}");
+            }
+        }
+    }
+}
