@@ -9,5 +9,6 @@ pub mod lang;
 pub mod linalg;
 pub mod model;
 pub mod problem;
+pub mod simulate;
 pub mod solve;
 pub mod unit;

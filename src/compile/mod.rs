@@ -4,6 +4,7 @@
 //! becomes a product of frames, the paper's formulas are functions of the [`PRELUDE`], and each measurement ends as a tape of
 //! scalar operations over its own list of parameters, so that nothing presumes that every row sees every parameter.
 
+mod call;
 mod chain;
 mod core;
 mod declarations;

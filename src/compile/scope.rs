@@ -34,9 +34,9 @@ pub(crate) enum Binding {
 /// Names of one place: the arguments of a function, or nothing.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Locals {
-    names: HashMap<String, Value>,
+    pub(super) names: HashMap<String, Value>,
     /// the body of a function sees its arguments and what the model declares, not the measurement
-    function: bool,
+    pub(super) function: bool,
 }
 
 /// One measurement's graph and names.
@@ -50,9 +50,9 @@ pub(crate) struct Scope<'d> {
     order: Vec<String>,
     slot_values: HashMap<(usize, Vec<usize>), Value>,
     symbols: HashMap<String, Option<Value>>,
-    calls: HashMap<(String, Vec<Value>), Option<Value>>,
+    pub(super) calls: HashMap<(String, Vec<Value>), Option<Value>>,
     /// functions and ties being expanded, to find circles
-    expanding: Vec<String>,
+    pub(super) expanding: Vec<String>,
     depth: usize,
 }
 
@@ -97,7 +97,7 @@ impl<'d> Scope<'d> {
         }
     }
 
-    fn expression(&mut self, expr: &Expr, at: &Snippet, locals: &Locals) -> Option<Value> {
+    pub(super) fn expression(&mut self, expr: &Expr, at: &Snippet, locals: &Locals) -> Option<Value> {
         if self.depth >= DEEPEST || self.graph.len() > MOST_NODES {
             let message = "the expression leads to more operations than this program handles";
             self.report(Code::TooLarge, expr, at, message, Some("name common parts in `define`".into()));
@@ -331,116 +331,6 @@ impl<'d> Scope<'d> {
         value
     }
 
-    fn call(
-        &mut self,
-        name: &str,
-        values: Option<Vec<Value>>,
-        given: usize,
-        expr: &Expr,
-        at: &Snippet,
-    ) -> Option<Value> {
-        if let Some(chain) = self.declarations.chain(name) {
-            return self.call_chain(name, chain, values, given, expr, at);
-        }
-        if let Some(function) = self.declarations.functions.get(name) {
-            let wanted = function.parameters.len();
-            if given != wanted {
-                return self.checked(Err(core::wrong_arity(name, wanted, given)), expr, at);
-            }
-            let values = values?;
-            let key = (name.to_owned(), values.clone());
-            if let Some(&known) = self.calls.get(&key) {
-                return known;
-            }
-            if self.expanding.iter().any(|outer| outer == name) {
-                let message = format!("the function `{name}` calls itself");
-                let hint = Some("functions may call others, not themselves".into());
-                self.report(Code::Circular, expr, at, &message, hint);
-                return None;
-            }
-            let names = function.parameters.iter().cloned().zip(values).collect();
-            let locals = Locals { names, function: true };
-            let body = function.body.as_ref()?;
-            self.expanding.push(name.to_owned());
-            let before = self.diagnostics.len();
-            let value = self.expression(body, &function.at, &locals);
-            self.expanding.pop();
-            if value.is_none() && self.diagnostics.len() > before {
-                self.blame_call(before, expr, at, name);
-            }
-            self.calls.insert(key, value);
-            return value;
-        }
-        match core::arity(name) {
-            Some(wanted) if wanted != given => self.checked(Err(core::wrong_arity(name, wanted, given)), expr, at),
-            Some(_) => {
-                let result = core::call(&mut self.graph, name, &values?)?;
-                self.checked(result, expr, at)
-            }
-            None => {
-                let hint = self.declarations.suggest_callable(name);
-                self.report(Code::UnknownName, expr, at, &format!("there is no function or chain `{name}`"), hint);
-                None
-            }
-        }
-    }
-
-    /// A mistake inside a function's body is reported there, with the call that led to it.
-    fn blame_call(&mut self, before: usize, expr: &Expr, at: &Snippet, name: &str) {
-        for diagnostic in &mut self.diagnostics.0[before..] {
-            if diagnostic.labels.is_empty() {
-                let labelled =
-                    diagnostic.clone().label(&at.source, at.span(&expr.span), format!("`{name}` is called here"));
-                *diagnostic = labelled;
-            }
-        }
-    }
-
-    fn call_chain(
-        &mut self,
-        name: &str,
-        chain: usize,
-        values: Option<Vec<Value>>,
-        given: usize,
-        expr: &Expr,
-        at: &Snippet,
-    ) -> Option<Value> {
-        let declared = &self.declarations.chains[chain];
-        let wanted: Vec<_> = declared.readings().collect();
-        if given != wanted.len() {
-            let joints: Vec<_> = wanted.iter().map(|(joint, _)| joint.name.as_str()).collect();
-            let mismatch = core::wrong_arity(name, wanted.len(), given);
-            let hint = if joints.is_empty() {
-                "none of its joints moves".to_owned()
-            } else {
-                format!("one for each moving joint: {}", joints.join(", "))
-            };
-            return self.checked(Err(mismatch.hint(hint)), expr, at);
-        }
-        let mut readings = Vec::with_capacity(wanted.len());
-        for ((joint, dimension), value) in wanted.iter().zip(values?) {
-            match value {
-                Value::Scalar(s, d) if d.compatible(*dimension) || self.graph.value(s) == Some(0.0) => readings.push(s),
-                Value::Scalar(_, d) => {
-                    let message = format!("the joint `{}` reads a {dimension}, and this is a {d}", joint.name);
-                    return self.checked(Err(Mismatch::dimension(message)), expr, at);
-                }
-                other => {
-                    let message = format!("the joint `{}` reads a scalar, and this is {}", joint.name, other.shape());
-                    return self.checked(Err(Mismatch::shape(message)), expr, at);
-                }
-            }
-        }
-        let mut readings = readings.into_iter();
-        let mut frame = self.graph.no_motion();
-        for joint in &declared.joints {
-            let reading = joint.reading.and_then(|_| readings.next());
-            let next = joint.frame(self, reading)?;
-            frame = self.graph.compose_frame(frame, next);
-        }
-        Some(Value::Frame(frame, Dimension::LENGTH))
-    }
-
     /// A joint's symbol as a scalar.
     pub(crate) fn joint_scalar(&mut self, name: &str) -> Option<crate::graph::Scalar> {
         match self.symbol(name)?? {
@@ -473,7 +363,7 @@ impl<'d> Scope<'d> {
         }
     }
 
-    fn checked(&mut self, result: Result<Value, Mismatch>, expr: &Expr, at: &Snippet) -> Option<Value> {
+    pub(super) fn checked(&mut self, result: Result<Value, Mismatch>, expr: &Expr, at: &Snippet) -> Option<Value> {
         match result {
             Ok(value) => Some(value),
             Err(mismatch) => {
@@ -488,7 +378,7 @@ impl<'d> Scope<'d> {
         }
     }
 
-    fn report(&mut self, code: Code, expr: &Expr, at: &Snippet, message: &str, hint: Option<String>) {
+    pub(super) fn report(&mut self, code: Code, expr: &Expr, at: &Snippet, message: &str, hint: Option<String>) {
         let diagnostic = Diagnostic::error(code, message).at(&at.source, at.span(&expr.span)).maybe_hint(hint);
         self.diagnostics.push(diagnostic);
     }

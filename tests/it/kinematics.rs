@@ -14,7 +14,13 @@ fn model(robot: &Value) -> String {
     let rigid = |name: &str, m: &Value| {
         let at = |i: usize, j: usize| m[i][j].as_f64().unwrap();
         assert_eq!(at(2, 2), 1.0, "base and tool turn about z only");
-        format!("Rigid(name: {name:?}, x: {:?}, y: {:?}, z: {:?}, rz: {:?}),", at(0, 3), at(1, 3), at(2, 3), at(1, 0).atan2(at(0, 0)))
+        format!(
+            "Rigid(name: {name:?}, x: {:?}, y: {:?}, z: {:?}, rz: {:?}),",
+            at(0, 3),
+            at(1, 3),
+            at(2, 3),
+            at(1, 0).atan2(at(0, 0))
+        )
     };
     let links = robot["links"].as_array().unwrap();
     let mut joints = rigid("base", &robot["base"]);
@@ -23,7 +29,14 @@ fn model(robot: &Value) -> String {
         let kind = if link["convention"] == "modified" { "ModifiedDh" } else { "Dh" };
         assert_eq!(link["joint"], "R");
         let theta = number("theta") + number("offset");
-        write!(joints, "{kind}(name: \"J{i}\", theta: {theta:?}, d: {:?}, a: {:?}, alpha: {:?}),", number("d"), number("a"), number("alpha")).unwrap();
+        write!(
+            joints,
+            "{kind}(name: \"J{i}\", theta: {theta:?}, d: {:?}, a: {:?}, alpha: {:?}),",
+            number("d"),
+            number("a"),
+            number("alpha")
+        )
+        .unwrap();
     }
     joints += &rigid("tool", &robot["tool"]);
     let names: Vec<String> = (0..links.len()).map(|i| format!("q{i}")).collect();
@@ -52,7 +65,10 @@ fn poses_and_jacobians_of_four_robots() {
             evaluator.begin(&[]);
             let (mut pose, mut derivatives) = (vec![0.0; 12], vec![0.0; 12 * n]);
             evaluator.row(&q, &mut pose, &mut derivatives);
-            let expected: Vec<f64> = (0..4).flat_map(|j| (0..3).map(move |i| (i, j))).map(|(i, j)| sample["T"][i][j].as_f64().unwrap()).collect();
+            let expected: Vec<f64> = (0..4)
+                .flat_map(|j| (0..3).map(move |i| (i, j)))
+                .map(|(i, j)| sample["T"][i][j].as_f64().unwrap())
+                .collect();
             close(&pose, &expected, 1e-12, &format!("{name} T"));
             // dT/dqₖ: the columns turn with ω, the origin moves with v
             for k in 0..n {
@@ -60,7 +76,11 @@ fn poses_and_jacobians_of_four_robots() {
                 let (v, w) = (&twist[..3], &twist[3..]);
                 let mut moved = Vec::new();
                 for column in expected[..9].chunks(3) {
-                    moved.extend([w[1] * column[2] - w[2] * column[1], w[2] * column[0] - w[0] * column[2], w[0] * column[1] - w[1] * column[0]]);
+                    moved.extend([
+                        w[1] * column[2] - w[2] * column[1],
+                        w[2] * column[0] - w[0] * column[2],
+                        w[0] * column[1] - w[1] * column[0],
+                    ]);
                 }
                 moved.extend(v);
                 let found: Vec<f64> = (0..12).map(|i| derivatives[i * n + k]).collect();

@@ -46,7 +46,8 @@ fn sight(links: &[[f64; 4]; 3], hz: f64, v: f64) -> (Line, Vec<Line>) {
     let mut derivatives = Vec::new();
     for link in 0..3 {
         for k in 1..5 {
-            let product = (0..3).fold(Matrix4::identity(), |m, i| m * factors[i].0 * factors[i].1[if i == link { k } else { 0 }]);
+            let product =
+                (0..3).fold(Matrix4::identity(), |m, i| m * factors[i].0 * factors[i].1[if i == link { k } else { 0 }]);
             derivatives.push(line(&product));
         }
     }
@@ -78,8 +79,10 @@ fn observe(left: &(Line, Vec<Line>), right: &(Line, Vec<Line>)) -> Observed {
         d_point.push(d_pl + h * d_zl + zl * d_h); // (16)
         // (22)
         d_kci.push(
-            zr.dot(&(d_pl.cross(&zl) + pl.cross(&d_zl))) + d_zr.dot(&pl.cross(&zl))
-                + zl.dot(&(d_pr.cross(&zr) + pr.cross(&d_zr))) + d_zl.dot(&pr.cross(&zr)),
+            zr.dot(&(d_pl.cross(&zl) + pl.cross(&d_zl)))
+                + d_zr.dot(&pl.cross(&zl))
+                + zl.dot(&(d_pr.cross(&zr) + pr.cross(&d_zr)))
+                + d_zl.dot(&pr.cross(&zr)),
         );
     }
     // (20) and (21) are one number
@@ -126,7 +129,12 @@ fn the_papers_formulas_agree() {
                             _ => upper.d_point[k][i] - lower.d_point[k][i], // (18)
                         })
                         .collect();
-                    close(&found.derivatives[i * 21..(i + 1) * 21], &expected, 1e-12, &format!("residual {i}, row {}", found.row));
+                    close(
+                        &found.derivatives[i * 21..(i + 1) * 21],
+                        &expected,
+                        1e-12,
+                        &format!("residual {i}, row {}", found.row),
+                    );
                 }
                 Ok(())
             })

@@ -70,7 +70,8 @@ fn read_all() -> BTreeMap<String, Vec<(PathBuf, String)>> {
         let inside = path.strip_prefix(&root).expect("below src");
         let first = inside.components().next().expect("a name").as_os_str().to_string_lossy().into_owned();
         let folder = first.trim_end_matches(".rs").to_owned();
-        let is_test = inside.components().any(|part| matches!(part.as_os_str().to_str(), Some("tests" | "tests.rs" | "laws.rs")));
+        let is_test =
+            inside.components().any(|part| matches!(part.as_os_str().to_str(), Some("tests" | "tests.rs" | "laws.rs")));
         if is_test || matches!(folder.as_str(), "lib" | "main") {
             continue;
         }

@@ -16,7 +16,7 @@ use crate::model::{DataFile, load};
 /// A measurement with everything that a column can be.
 pub(super) const MODEL: &str = r#"(
     name: "columns",
-    parameters: { "a": Scalar(Free("1 mm")), "o": Vec3(Free((0, 0, 0)), family: true) },
+    parameters: { "a": Scalar(Free("1 mm")), "o": Vec3(value: Free((0, 0, 0)), family: true) },
     measurements: { "m": (
         keys: ["place", "hole"],
         inputs: {

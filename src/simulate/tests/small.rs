@@ -1,0 +1,124 @@
+use std::f64::consts::PI;
+
+use super::*;
+
+/// A planar arm of two bars, 300 and 200 mm, that touches sockets.
+fn arm(solve: &str) -> String {
+    format!(
+        r#"(
+        name: "arm",
+        units: (angle: "deg"),
+        parameters: {{ "socket": Vec3(value: Free((400, 0, 0)), family: true, members: {{ "b/1": Free((100, 200, 0)) }}), "base": Pose(Free((0, 0, 0, 0, 0, 90))) }},
+        chains: {{ "arm": [Dh(name: "A", a: Free(300)), Dh(name: "B", a: Free(200))] }},
+        measurements: {{ "touch": (
+            keys: ["place", "hole"],
+            inputs: {{ "q1": (unit: "deg", bias: "1 deg"), "q2": (unit: "deg") }},
+            residuals: {{ "miss": "(base * arm(q1, q2)).o - socket[place, hole]" }},
+        ) }},
+        scenarios: {{ "s": (
+            truth: {{ "socket[a/1].y": "10 mm", "socket[*].z": Normal(0, 0), "A.a": Normal("300 mm", "1 mm"), "socket[b/1].x": Uniform(90, 110) }},
+            measurements: {{ "touch": (
+                rows: 12,
+                draw: {{ "place": Cycle(["a", "b"]), "hole": Choice(["1", "2"]) }},
+                {solve}
+            ) }},
+        ) }},
+    )"#
+    )
+}
+
+const SOLVE: &str =
+    r#"solve: [ (unknowns: {"q1": 0, "q2": "START deg"}, zero: "(base * arm(q1, q2)).o - socket[place, hole]") ],"#;
+
+fn value(made: &Simulated, name: &str) -> f64 {
+    made.truth.iter().find(|(known, _)| known == name).unwrap_or_else(|| panic!("{name}: {:?}", made.truth)).1
+}
+
+#[test]
+fn families_and_branches() {
+    for (start, sign) in [("30", 1.0), ("-30", -1.0)] {
+        let program = program(&arm(&SOLVE.replace("START", start)));
+        let made = made(&program, &Options { exact: true, ..Options::default() });
+        let table = &made.tables[0].1;
+        assert_eq!(table.names(0), ["a", "b"]);
+        assert_eq!(table.names(1).len(), 2);
+        assert_eq!((value(&made, "socket[a/1].y"), value(&made, "socket[a/2].y"), value(&made, "base.rz")), (10.0, 0.0, 90.0));
+        assert_eq!(value(&made, "socket[b/1].y"), 200.0);
+        let x = value(&made, "socket[b/1].x");
+        assert!((90.0..110.0).contains(&x) && x != 100.0);
+        assert!((value(&made, "A.a") - 300.0).abs() < 5.0 && value(&made, "A.a") != 300.0);
+        for row in 0..table.rows() {
+            // elbow up or down, as the start says
+            assert!(table.row(row)[1] * sign > 0.0, "{:?}", table.row(row));
+            assert!(table.row(row).iter().all(|q| q.abs() <= PI));
+        }
+    }
+}
+
+#[test]
+fn truth_and_first_rows_do_not_depend_on_the_number_of_rows() {
+    let program = program(&arm(&SOLVE.replace("START", "30")));
+    let of = |rows| made(&program, &Options { rows: vec![(0, rows)], ..Options::default() });
+    let (few, many) = (of(12), of(60));
+    assert!(same(&few.tables[0].1, &many.tables[0].1, 12));
+    for (name, value) in &few.truth {
+        assert!(many.truth.contains(&(name.clone(), *value)), "{name}");
+    }
+    assert_eq!(of(0).tables[0].1.rows(), 0);
+}
+
+#[test]
+fn a_bias_is_in_the_file_and_not_in_the_table() {
+    let program = program(&arm(r#"set: { "q1": "20 deg", "q2": "30 deg" }"#));
+    let made = made(&program, &Options { rows: vec![(0, 1)], exact: true, ..Options::default() });
+    let mut bytes = Vec::new();
+    crate::data::write_to(&program, 0, &made.tables[0].1, &mut bytes).unwrap();
+    assert!((made.tables[0].1.row(0)[0] - 20f64.to_radians()).abs() < 1e-15);
+    let text = String::from_utf8(bytes).unwrap();
+    let cell: f64 = text.lines().nth(1).unwrap().split(',').nth(2).unwrap().parse().unwrap();
+    assert!((cell - 21.0).abs() < 1e-12, "{text}");
+}
+
+#[test]
+fn what_cannot_be_solved_is_named() {
+    let refused = |solve: &str, options: &Options| {
+        let program = program(&arm(solve));
+        let found = simulate(&program, &program.scenarios[0], options).unwrap_err();
+        (found.code.id(), format!("{} {}", found.message, found.hint.unwrap_or_default()))
+    };
+    let none = Options::default();
+    let far = SOLVE.replace("START", "30").replace("socket[place, hole]\"", "socket[place, hole] - vec(2000 mm, 0, 0)\"");
+    let (code, words) = refused(&far, &none);
+    assert_eq!(code, "E040");
+    for part in ["scenario `s`, measurement `touch`, row 1", "`q1`, `q2`", "q1 = ", "deg", "left of them"] {
+        assert!(words.contains(part), "{words}");
+    }
+    let (code, words) = refused(r#"set: { "q1": "sqrt(-1 - A.a/(1 mm))", "q2": 0 }"#, &none);
+    assert!(code == "E040" && words.contains("`q1` has no value") && words.contains("`sqrt` is defined"), "{words}");
+    let (code, _) = refused(r#"set: { "q1": 0, "q2": 0 }"#, &Options { rows: vec![(0, usize::MAX)], ..none.clone() });
+    assert_eq!(code, "E038");
+    let program = program(&arm(r#"set: { "q1": 0, "q2": 0 }"#).replace(r#""place": Cycle(["a", "b"]),"#, ""));
+    assert_eq!(simulate(&program, &program.scenarios[0], &none).unwrap_err().code.id(), "E039");
+}
+
+#[test]
+fn lengths_are_solved_for_from_where_nothing_is_seen() {
+    let text = r#"(
+        name: "m",
+        parameters: { "a": Scalar(Free(1)) },
+        measurements: { "m": (inputs: {"x": (), "y": (unit: "mm"), "c": ()}, residuals: {"r": "x*a - y/(1 mm)"}) },
+        scenarios: { "s": (measurements: { "m": (
+            rows: 5,
+            draw: { "c": Uniform(2, 9) },
+            solve: [
+                (unknowns: {"x": 0}, zero: "x^2 - c"),
+                (unknowns: {"y": 0}, zero: "y - 1000 mm * exp(c)"),
+            ],
+        ) }) },
+    )"#;
+    let made = made(&program(text), &Options::default());
+    for row in 0..5 {
+        let [x, y, c] = *made.tables[0].1.row(row) else { panic!() };
+        assert!((x * x / c - 1.0).abs() < 1e-12 && (y / (1000.0 * c.exp()) - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,104 @@
+//! What the flagship reaches with unit weights, over many seeds: the `unit` column of the table in the design, and the paper's
+//! figures before calibration.
+
+use phical::fit::{Fit, analyse};
+use phical::problem::{Options, Problem, Selection, Weights};
+use phical::simulate::{self, simulate};
+use phical::solve::{Settings, minimise};
+
+use crate::flagship::{Flagship, flagship};
+
+/// Seeds of the quick test; `PHICAL_SEEDS=200 cargo test --release accuracy` runs a campaign.
+fn seeds() -> u64 {
+    std::env::var("PHICAL_SEEDS").ok().and_then(|text| text.parse().ok()).unwrap_or(20)
+}
+
+/// Absolute errors of vo.x, vo.y, vo.z on lines, at given values of the coordinates: (mean, standard deviation) each.
+fn errors(flagship: &Flagship, point: &[f64], lines: usize, seed: u64) -> [(f64, f64); 3] {
+    let options = simulate::Options { rows: vec![(0, lines)], seed: Some(seed), exact: true };
+    let simulated = simulate(&flagship.0, &flagship.0.scenarios[0], &options).expect("it simulates");
+    let (problem, _) = Problem::bind(&flagship.0, simulated.tables, &Options::default()).expect("it binds");
+    let mut all = vec![Vec::new(); 3];
+    let block = &problem.blocks[0];
+    block
+        .values(&block.measurement.tape, &problem.layout, point, |_, values| {
+            for (errors, value) in all.iter_mut().zip(values) {
+                errors.push(value.abs());
+            }
+        })
+        .expect("defined");
+    let statistics = |errors: &Vec<f64>| {
+        let n = errors.len() as f64;
+        let mean = errors.iter().sum::<f64>() / n;
+        (mean, (errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt())
+    };
+    [0, 1, 2].map(|i| statistics(&all[i]))
+}
+
+fn calibrated(flagship: &Flagship, lines: usize, seed: u64) -> Fit {
+    let options = simulate::Options { rows: vec![(0, lines)], seed: Some(seed), exact: false };
+    let simulated = simulate(&flagship.0, &flagship.0.scenarios[0], &options).expect("it simulates");
+    let options = Options { weights: Some(Weights::Unit), selection: Selection::default() };
+    let (problem, _) = Problem::bind(&flagship.0, simulated.tables, &options).expect("it binds");
+    let solution = minimise(&problem, problem.start.clone(), &Settings::default()).expect("it starts");
+    analyse(&problem, solution).expect("defined")
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    (values[(n - 1) / 2] + values[n / 2]) / 2.0
+}
+
+#[test]
+fn uncalibrated_errors_are_the_papers() {
+    let flagship = flagship();
+    let nominal: Vec<f64> = flagship.0.parameters.iter().map(|p| p.setting.nominal[0]).collect();
+    let found = errors(&flagship, &nominal, 5000, 99);
+    let paper = [(14.19, 6.37), (9.7, 6.38), (10.3, 5.51)];
+    println!("uncalibrated {found:?}");
+    for ((mean, sd), (paper_mean, paper_sd)) in found.iter().zip(paper) {
+        assert!((mean / paper_mean - 1.0).abs() < 0.1, "mean {mean} against {paper_mean}");
+        assert!((sd / paper_sd - 1.0).abs() < 0.1, "sd {sd} against {paper_sd}");
+    }
+}
+
+#[test]
+fn calibrated_errors_are_those_of_the_table() {
+    let flagship = flagship();
+    for (lines, table) in [(100, [0.064, 0.035, 0.059]), (300, [0.038, 0.021, 0.034])] {
+        let mut means = vec![Vec::new(); 3];
+        for seed in 0..seeds() {
+            let fit = calibrated(&flagship, lines, 1000 + seed);
+            assert!(fit.verdict().trustworthy(), "{:?}", fit.verdict());
+            assert_eq!((fit.rank, fit.dof), (20, 5 * lines - 20));
+            for (means, (mean, _)) in means.iter_mut().zip(errors(&flagship, &fit.point, 500, 77)) {
+                means.push(mean);
+            }
+        }
+        let medians: Vec<f64> = means.into_iter().map(median).collect();
+        println!("{lines} lines, {} seeds: {medians:.4?}, table {table:?}", seeds());
+        for (median, table) in medians.iter().zip(table) {
+            assert!(*median <= 1.25 * table, "{lines} lines: {medians:?} against {table:?}");
+        }
+    }
+}
+
+#[test]
+fn the_papers_21_parameters_are_one_too_many() {
+    let flagship = flagship();
+    let options = simulate::Options { rows: vec![(0, 100)], seed: Some(5), exact: false };
+    let simulated = simulate(&flagship.0, &flagship.0.scenarios[0], &options).expect("it simulates");
+    let selection = Selection { free: vec!["L1.b".into()], ..Selection::default() };
+    let options = Options { weights: Some(Weights::Unit), selection };
+    let (problem, _) = Problem::bind(&flagship.0, simulated.tables, &options).expect("it binds");
+    let solution = minimise(&problem, problem.start.clone(), &Settings::default()).expect("it starts");
+    let fit = analyse(&problem, solution).expect("defined");
+    println!("{} {:?} {:?} cost {}", fit.status, fit.null_directions, fit.singular_values, fit.cost);
+    assert_eq!((fit.rank, fit.parameters.len(), fit.null_directions.len()), (20, 21, 1));
+    assert!(fit.status.converged());
+    assert!(!fit.verdict().trustworthy());
+    let blind: Vec<&str> = fit.parameters.iter().filter(|p| !p.estimable).map(|p| p.name.as_str()).collect();
+    assert_eq!(blind, ["L1.b", "R1.b"]);
+    assert!(fit.parameters.iter().all(|p| p.estimable == p.sigma.is_some()));
+}
