@@ -102,3 +102,40 @@ fn the_papers_21_parameters_are_one_too_many() {
     assert_eq!(blind, ["L1.b", "R1.b"]);
     assert!(fit.parameters.iter().all(|p| p.estimable == p.sigma.is_some()));
 }
+
+#[test]
+fn the_invisible_direction_is_the_known_one() {
+    use phical::solve::LeastSquares;
+    let flagship = flagship();
+    let options = simulate::Options { rows: vec![(0, 60)], seed: Some(5), exact: true };
+    let simulated = simulate(&flagship.0, &flagship.0.scenarios[0], &options).expect("it simulates");
+    let truth = simulated.truth.clone();
+    let selection = Selection { free: vec!["L1.b".into()], start: truth, ..Selection::default() };
+    let options = Options { weights: Some(Weights::Unit), selection };
+    let (problem, _) = Problem::bind(&flagship.0, simulated.tables, &options).expect("it binds");
+    let information = problem.linearise(&problem.start).expect("defined");
+    let found = problem.invisible(&problem.start, &information).expect("defined");
+    assert_eq!(found.len(), 1);
+    let scale = problem.scale();
+    // lengths in mm, angles in mrad, unit length
+    let mut direction: Vec<f64> = found[0].iter().zip(scale).map(|(z, s)| z * s).collect();
+    for (value, &c) in direction.iter_mut().zip(&problem.free) {
+        if problem.layout.coordinates[c].dimension == phical::unit::Dimension::ANGLE {
+            *value *= 1e3;
+        }
+    }
+    let norm = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+    // at table 2; turning the base about the vertical, by the tilt of the right axis over the distance between the
+    // axes, turns both trunnion axes in their frames
+    let turn = 2.35e-3;
+    let known = [
+        ("L1.b", 0.707), ("R1.b", 0.706), ("R2.b", 0.0375), ("L2.b", 0.0076), ("R1.a", -0.0005), ("L1.a", 0.0002),
+        ("L1.alpha", turn), ("R1.alpha", turn),
+    ];
+    let sign = direction.iter().sum::<f64>().signum();
+    for (v, &c) in direction.iter().zip(&problem.free) {
+        let name = &problem.layout.coordinates[c].name;
+        let expected = known.iter().find(|(known, _)| known == name).map_or(0.0, |(_, value)| *value);
+        assert!((sign * v / norm - expected).abs() < 1e-3, "{name}: {}", v / norm);
+    }
+}
