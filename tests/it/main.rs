@@ -6,5 +6,6 @@ mod close;
 mod flagship;
 mod kinematics;
 mod paper;
+mod real;
 mod shared;
 mod tidy;
