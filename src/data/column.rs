@@ -100,6 +100,18 @@ mod tests {
         }
     }
 
+    /// Where adding the bias and dividing by the unit miss the number by rounding.
+    #[test]
+    fn neighbours_are_looked_at() {
+        let column = column("deg", -3e-4);
+        for value in [57.28305644510152, 14.321329811999988, 7.153003288652542] {
+            let reading = column.to_internal(value);
+            let plain = column.units.from_internal(reading + column.bias, column.unit);
+            assert_ne!(column.to_internal(plain), reading);
+            assert_eq!(column.to_internal(column.from_internal(reading)), reading);
+        }
+    }
+
     #[test]
     fn units_have_names() {
         for text in ["mm", "deg", "arcsec", "mm/s", "m/s", "1", "%"] {

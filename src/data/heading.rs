@@ -92,11 +92,13 @@ impl Reading<'_> {
                 continue;
             }
             if !wanted.contains(&text) {
-                found.push(unknown(name).maybe_hint(
-                    nearest(text, wanted.iter().copied())
-                        .is_none()
-                        .then(|| "a column that is not used is named `_`".to_owned()),
-                ));
+                found.push(
+                    unknown(name).maybe_hint(
+                        nearest(text, wanted.iter().copied())
+                            .is_none()
+                            .then(|| "a column that is not used is named `_`".to_owned()),
+                    ),
+                );
             } else if self.file.columns[..at].iter().any(|before| before.value.trim() == text) {
                 let message = format!("the column `{text}` stands twice");
                 found.push(self.in_model(Code::ColumnTwice, message, name));
@@ -124,11 +126,11 @@ impl Reading<'_> {
             let mut twice = having.next().is_some();
             if claim.is_none() && i >= keys {
                 let input = &self.measurement.inputs[i - keys];
-                for at in 0..names.len() {
-                    let Some((_, unit)) = split_unit(&names[at]).filter(|(base, _)| *base == wanted) else { continue };
+                for (at, name) in names.iter().enumerate() {
+                    let Some((_, unit)) = split_unit(name).filter(|(base, _)| *base == wanted) else { continue };
                     twice |= claim.is_some();
                     claim = Some(at);
-                    found.extend(self.check_unit(input, unit, &names[at], line));
+                    found.extend(self.check_unit(input, unit, name, line));
                 }
             }
             if twice && self.file.columns.is_empty() {
@@ -201,7 +203,8 @@ impl Reading<'_> {
 
     fn missing(&self, name: &str, free: &[&str], line: Option<usize>) -> Diagnostic {
         let message = format!("the column `{name}` is missing");
-        let near = nearest(name, free.iter().copied()).map(|near| format!("did you mean `{near}`? Its name is not `{name}`"));
+        let near =
+            nearest(name, free.iter().copied()).map(|near| format!("did you mean `{near}`? Its name is not `{name}`"));
         let hint = near.or_else(|| match line {
             None => Some("name it in `columns`, or give its value in `constants`".to_owned()),
             Some(_) if free.is_empty() => None,

@@ -1,4 +1,4 @@
-//! Rows of data: [`read`] takes a measurement's files into one [`Table`] in internal units, [`write`] puts one into a file.
+//! Rows of data: [`read()`] takes a measurement's files into one [`Table`] in internal units, [`write()`] puts one into a file.
 //!
 //! All mistakes of all files are reported at once, each with its file, line, row, column and what stands there. A table knows
 //! where each of its rows came from, so that whoever meets an impossible row later can say so too.

@@ -179,7 +179,8 @@ mod tests {
         assert_eq!(all, ["a", "b", "b", "c", "a"]);
         assert_eq!((table.key_index(3, 0), table.key_index(4, 0)), (2, 0));
         assert_eq!(table.row(4), [1.0]);
-        for (row, file, line, number) in [(0, "one.csv", 2, 1), (2, "one.csv", 4, 3), (3, "two.csv", 2, 1), (4, "two.csv", 3, 2)]
+        for (row, file, line, number) in
+            [(0, "one.csv", 2, 1), (2, "one.csv", 4, 3), (3, "two.csv", 2, 1), (4, "two.csv", 3, 2)]
         {
             let place = table.place(row);
             assert_eq!((place.file.as_str(), place.line, place.row), (file, Some(line), Some(number)));

@@ -94,17 +94,28 @@ fn put(cell: &mut String, value: f64, dms: bool) {
         return;
     }
     // the seconds of arc that are read back as this angle; below 2⁵³ their parts are exact
-    let seconds = nearest(value.abs() / std::f64::consts::PI * 648_000.0, value.abs(), |seconds| {
-        seconds / 648_000.0 * std::f64::consts::PI
-    });
+    let radians = |seconds: f64| seconds / 648_000.0 * std::f64::consts::PI;
+    let seconds = nearest(value.abs() / std::f64::consts::PI * 648_000.0, value.abs(), radians);
     let degrees = (seconds / 3600.0).floor();
     let rest = seconds - 3600.0 * degrees;
     let minutes = (rest / 60.0).floor();
     let (sign, rest) = (if value < 0.0 { "-" } else { "" }, rest - 60.0 * minutes);
-    let zero = if rest < 10.0 { "0" } else { "" };
-    let _ = write!(cell, "{sign}{degrees}-{minutes:02}-{zero}{rest}");
-    debug_assert!(parse_dms(cell).is_ok_and(|again| (again - value).abs() <= 1e-15 * value.abs()), "{cell}");
+    let _ = write!(cell, "{sign}{degrees}-{minutes:02}-");
+    let start = cell.len();
+    for decimals in 0..=MOST_DECIMALS {
+        let width = if decimals == 0 { 2 } else { decimals + 3 };
+        cell.truncate(start);
+        let _ = write!(cell, "{rest:0width$.decimals$}");
+        if parse_dms(cell) == Ok(value) {
+            return;
+        }
+    }
+    cell.truncate(start);
+    let _ = write!(cell, "{}{rest}", if rest < 10.0 { "0" } else { "" });
 }
+
+/// Decimals of a second of arc that are tried before all are written.
+const MOST_DECIMALS: usize = 12;
 
 #[cfg(test)]
 mod tests {
@@ -135,9 +146,7 @@ mod tests {
             let mut cell = String::new();
             put(&mut cell, parse_dms(text).unwrap(), true);
             assert_eq!(parse_dms(&cell), parse_dms(text), "{cell}");
-            if text.len() == expected.len() {
-                assert_eq!(cell.len() >= expected.len(), true, "{cell}");
-            }
+            assert_eq!(cell, expected);
         }
     }
 }

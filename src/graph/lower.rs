@@ -262,7 +262,7 @@ impl<'a> Lowering<'a> {
         turned
     }
 
-    /// Rodrigues' formula in Stumpff's functions: R = I + c₁(θ²)[v]× + c₂(θ²)[v]×², θ² = v·v; column j is
+    /// Rodrigues' formula in Stumpff's functions: R = I + c₁(θ²)\[v\]× + c₂(θ²)\[v\]×², θ² = v·v; column j is
     /// eⱼ + c₁ v×eⱼ + c₂ v×(v×eⱼ). Smooth at zero.
     fn exponential(&mut self, v: Triple) -> Matrix {
         let square = self.dot(v, v);

@@ -51,7 +51,7 @@ pub(super) fn difference(a: Vector, b: Vector) -> Vector {
 }
 
 /// The derivative of log(R(φ)·R(ω)) by ω at zero: the inverse of the right Jacobian,
-/// J⁻¹ = I + ½[φ]× + (1/θ² − (1 + cos θ)/(2 θ sin θ)) [φ]×². Source: Chirikjian, Stochastic Models, Information Theory, and
+/// J⁻¹ = I + ½\[φ\]× + (1/θ² − (1 + cos θ)/(2 θ sin θ)) \[φ\]×². Source: Chirikjian, Stochastic Models, Information Theory, and
 /// Lie Groups 2 (2012), §10.6.
 pub(super) fn right_jacobian_inverse(phi: Vector) -> [[f64; 3]; 3] {
     let square = phi.iter().map(|c| c * c).sum::<f64>();

@@ -199,7 +199,8 @@ impl Maker<'_> {
                     Some(undefined) => domain(undefined),
                     None => format!("{:.3e} is left of them", why.left),
                 };
-                self.says(Code::CannotSolve, message).hint(format!("the nearest reached is {}, where {left}", there.join(", ")))
+                self.says(Code::CannotSolve, message)
+                    .hint(format!("the nearest reached is {}, where {left}", there.join(", ")))
             }
         }
     }

@@ -56,7 +56,6 @@ fn uncalibrated_errors_are_the_papers() {
     let nominal: Vec<f64> = flagship.0.parameters.iter().map(|p| p.setting.nominal[0]).collect();
     let found = errors(&flagship, &nominal, 5000, 99);
     let paper = [(14.19, 6.37), (9.7, 6.38), (10.3, 5.51)];
-    println!("uncalibrated {found:?}");
     for ((mean, sd), (paper_mean, paper_sd)) in found.iter().zip(paper) {
         assert!((mean / paper_mean - 1.0).abs() < 0.1, "mean {mean} against {paper_mean}");
         assert!((sd / paper_sd - 1.0).abs() < 0.1, "sd {sd} against {paper_sd}");
@@ -77,7 +76,6 @@ fn calibrated_errors_are_those_of_the_table() {
             }
         }
         let medians: Vec<f64> = means.into_iter().map(median).collect();
-        println!("{lines} lines, {} seeds: {medians:.4?}, table {table:?}", seeds());
         for (median, table) in medians.iter().zip(table) {
             assert!(*median <= 1.25 * table, "{lines} lines: {medians:?} against {table:?}");
         }
@@ -94,7 +92,6 @@ fn the_papers_21_parameters_are_one_too_many() {
     let (problem, _) = Problem::bind(&flagship.0, simulated.tables, &options).expect("it binds");
     let solution = minimise(&problem, problem.start.clone(), &Settings::default()).expect("it starts");
     let fit = analyse(&problem, solution).expect("defined");
-    println!("{} {:?} {:?} cost {}", fit.status, fit.null_directions, fit.singular_values, fit.cost);
     assert_eq!((fit.rank, fit.parameters.len(), fit.null_directions.len()), (20, 21, 1));
     assert!(fit.status.converged());
     assert!(!fit.verdict().trustworthy());
@@ -129,8 +126,14 @@ fn the_invisible_direction_is_the_known_one() {
     // axes, turns both trunnion axes in their frames
     let turn = 2.35e-3;
     let known = [
-        ("L1.b", 0.707), ("R1.b", 0.706), ("R2.b", 0.0375), ("L2.b", 0.0076), ("R1.a", -0.0005), ("L1.a", 0.0002),
-        ("L1.alpha", turn), ("R1.alpha", turn),
+        ("L1.b", 0.707),
+        ("R1.b", 0.706),
+        ("R2.b", 0.0375),
+        ("L2.b", 0.0076),
+        ("R1.a", -0.0005),
+        ("L1.a", 0.0002),
+        ("L1.alpha", turn),
+        ("R1.alpha", turn),
     ];
     let sign = direction.iter().sum::<f64>().signum();
     for (v, &c) in direction.iter().zip(&problem.free) {

@@ -1,5 +1,6 @@
 //! One integration binary; its modules are the tests.
 #![allow(unreachable_pub, reason = "a test binary has no outside")]
+#![allow(clippy::print_stderr, reason = "a skipped test says so")]
 
 mod accuracy;
 mod close;

@@ -62,11 +62,16 @@ fn ur5_with_the_controllers_own_numbers() {
     near(rms(&nominal, 0, &nominal.start, 0), 1.120, 0.001);
 
     let folder = controller.parent().expect("a folder");
-    let converted = Command::new("python3").arg(project("models/ur5_pendant/convert.py")).arg(folder).output().expect("python3 runs");
+    let converted = Command::new("python3")
+        .arg(project("models/ur5_pendant/convert.py"))
+        .arg(folder)
+        .output()
+        .expect("python3 runs");
     assert!(converted.status.success());
     let start = read_values("deltas.json", &String::from_utf8(converted.stdout).expect("text")).expect("values");
     let selection = Selection { start, ..Selection::default() };
-    let problem = bound(&program, "models/ur5_pendant", DataRole::Calibrate, &Options { selection, ..Options::default() });
+    let problem =
+        bound(&program, "models/ur5_pendant", DataRole::Calibrate, &Options { selection, ..Options::default() });
     near(rms(&problem, 0, &problem.start, 0), 0.048, 0.0005);
     let mut worst = 0.0f64;
     let block = &problem.blocks[0];
@@ -83,7 +88,8 @@ fn the_positioner_and_its_camera() {
     let Some(yaml) = shared("data/positioner_camera/measurements.yaml") else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let csv = folder.path().join("measurements.csv");
-    let converted = Command::new("python3").arg(project("models/positioner_camera/convert.py")).arg(yaml).arg(&csv).status();
+    let converted =
+        Command::new("python3").arg(project("models/positioner_camera/convert.py")).arg(yaml).arg(&csv).status();
     assert!(converted.expect("python3 runs").success());
     let program = program("models/positioner_camera/model.ron");
     let file = DataFile { file: csv.to_str().expect("text").into(), ..DataFile::default() };
@@ -110,7 +116,6 @@ fn the_panda_and_its_sockets() {
     let program = program("models/panda_sockets/model.ron");
     let problem = bound(&program, "models/panda_sockets", DataRole::Calibrate, &Options::default());
     let fit = fitted(&problem);
-    println!("{} {:?} {:?} {}", fit.status, fit.verdict(), fit.chi_squared, rms(&problem, 0, &fit.point, 0));
     assert!(fit.status.converged());
     assert!(fit.parameters.iter().all(|p| p.estimable));
     assert!(rms(&problem, 0, &fit.point, 0) <= 0.21);
@@ -124,6 +129,5 @@ fn the_panda_and_its_sockets() {
     assert_eq!(sockets.len(), 6);
     let right = right.with_free(sockets);
     let unseen = fitted(&right);
-    println!("right {}", rms(&right, 0, &unseen.point, 0));
     assert!(rms(&right, 0, &unseen.point, 0) <= 0.29);
 }

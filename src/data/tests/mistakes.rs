@@ -41,9 +41,14 @@ fn of_cells() {
         ("", &of("a,0,1,1-60-0,1,1\n"), &["E036 2 1 `v` `1-60-0`"]),
         ("", &of("a,0,1,1-0-0,1\r\na,0,1,1-0-0,1,1,1\r\n"), &["E034 2 1 - -", "E034 3 2 - -"]),
         ("", "place;hole;hz;v;length;n\na;0;1,5;1-0-0;1;1\n", &["E032 2 1 `hz` `1,5`"]),
-        ("", &of("a,0,1,1-0-0,1,\"1\n"), &["E032 2 1 `n` `1`"]),
+        // a quote that is never closed
+        ("", &of("a,0,1,1-0-0,1,\"1\na,0"), &["E032 2 1 `n` `1\na,0`"]),
         // all of them at once
-        ("", &of("a,0,x,y,z,1\na,0,1\n"), &["E032 2 1 `hz` `x`", "E036 2 1 `v` `y`", "E032 2 1 `length` `z`", "E034 3 2 - -"]),
+        (
+            "",
+            &of("a,0,x,y,z,1\na,0,1\n"),
+            &["E032 2 1 `hz` `x`", "E036 2 1 `v` `y`", "E032 2 1 `length` `z`", "E034 3 2 - -"],
+        ),
     ]);
 }
 
@@ -57,12 +62,20 @@ fn of_headings() {
         ("", "place,hole,hz,v,length,n,hz\na,0,1,1-0-0,1,1,1\n", &["E030 1 - `hz` -"]),
         ("", "place,hole,hz [deg],v,length,n,hz(deg)\na,0,1,1-0-0,1,1,1\n", &["E030 1 - `hz` -"]),
         ("", "place,hole,hz [rad],v,length,n\na,0,1,1-0-0,1,1\n", &["E012 1 - `hz` `hz [rad]`"]),
-        ("", "place,hole,hz,v [deg],length (s),n\na,0,1,1-0-0,1,1\n", &["E012 1 - `v` `v [deg]`", "E012 1 - `length` `length (s)`"]),
+        (
+            "",
+            "place,hole,hz,v [deg],length (s),n\na,0,1,1-0-0,1,1\n",
+            &["E012 1 - `v` `v [deg]`", "E012 1 - `length` `length (s)`"],
+        ),
         ("", "place,hole,hz [dge],v,length,n\na,0,1,1-0-0,1,1\n", &["E011 1 - `hz` `hz [dge]`"]),
         ("", "", &["E035 - - - -"]),
         ("", "# nothing\n\n", &["E035 - - - -"]),
         ("", HEADING, &["E035 - - - -"]),
-        (", columns: [\"n\"], header: true, constants: {\"place\": \"\", \"hole\": \"\", \"hz\": 0, \"v\": 0, \"length\": 0}", "n\n", &["E035 - - - -"]),
+        (
+            ", columns: [\"n\"], header: true, constants: {\"place\": \"\", \"hole\": \"\", \"hz\": 0, \"v\": 0, \"length\": 0}",
+            "n\n",
+            &["E035 - - - -"],
+        ),
     ]);
 }
 
@@ -71,9 +84,21 @@ fn of_the_model() {
     let constants = |more: &str| format!(", constants: {{\"place\": \"p\", \"hole\": \"h\"{more}}}");
     let line = "hz,v,length,n\n1,1-0-0,1,1\n";
     expect(&[
-        (", columns: [\"hz\", \"hzz\", \"v\", \"length\", \"n\"], constants: {\"place\": \"\", \"hole\": \"\"}", "1,1,1-0,1,1\n", &["E029 hzz"]),
-        (", columns: [\"hz\", \"hz\", \"v\", \"length\", \"n\"], constants: {\"place\": \"\", \"hole\": \"\"}", "1,1,1-0,1,1\n", &["E030 hz"]),
-        (", columns: [\"hz\", \"v\", \"n\"], constants: {\"place\": \"\", \"hole\": \"\"}", "1,1-0,1\n", &["E028 - - `length` -"]),
+        (
+            ", columns: [\"hz\", \"hzz\", \"v\", \"length\", \"n\"], constants: {\"place\": \"\", \"hole\": \"\"}",
+            "1,1,1-0,1,1\n",
+            &["E029 hzz"],
+        ),
+        (
+            ", columns: [\"hz\", \"hz\", \"v\", \"length\", \"n\"], constants: {\"place\": \"\", \"hole\": \"\"}",
+            "1,1,1-0,1,1\n",
+            &["E030 hz"],
+        ),
+        (
+            ", columns: [\"hz\", \"v\", \"n\"], constants: {\"place\": \"\", \"hole\": \"\"}",
+            "1,1-0,1\n",
+            &["E028 - - `length` -"],
+        ),
         (&constants(", \"hloe\": 1"), line, &["E029 hloe"]),
         (&constants(", \"hz\": 1"), line, &["E030 hz"]),
         (&constants(", \"t\": \"5 mm\""), line, &["E012 5 mm"]),

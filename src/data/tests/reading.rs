@@ -13,7 +13,8 @@ fn rows(data: &str, text: &str) -> Table {
 
 #[test]
 fn units_bias_default_and_names() {
-    let table = rows(PLAIN, "n,place,hole,hz,extra,v,length\n1e-3, front ,0,90,x,-90-00-00,10.5\n2,back,0,-180,,0 30 0,1\n");
+    let table =
+        rows(PLAIN, "n,place,hole,hz,extra,v,length\n1e-3, front ,0,90,x,-90-00-00,10.5\n2,back,0,-180,,0 30 0,1\n");
     use std::f64::consts::{FRAC_PI_2, PI};
     assert_eq!(table.row(0), [FRAC_PI_2, -FRAC_PI_2, 10.0, 293.0, 1e-3]);
     assert_eq!(table.row(1), [-PI, 1800.0 / 648_000.0 * PI, 0.5, 293.0, 2.0]);
@@ -61,7 +62,10 @@ fn files_without_a_heading() {
         "(file: \"d.csv\", constants: {\"hz\": 180, \"v\": \"12-30-00\", \"length\": \"1 m\", \"n\": \"pi/2\"})",
         "place,hole\na,b\n",
     );
-    assert_eq!(table.row(0), [std::f64::consts::PI, crate::unit::parse_dms("12-30").unwrap(), 999.5, 293.0, std::f64::consts::FRAC_PI_2]);
+    assert_eq!(
+        table.row(0),
+        [std::f64::consts::PI, crate::unit::parse_dms("12-30").unwrap(), 999.5, 293.0, std::f64::consts::FRAC_PI_2]
+    );
 }
 
 #[test]

@@ -54,13 +54,17 @@ fn noise_is_what_is_declared() {
     let options = |exact| Options { rows: vec![(0, 4000)], exact, ..Options::default() };
     let (noisy, exact) = (made(&program, &options(false)), made(&program, &options(true)));
     let arcsec = std::f64::consts::PI / 648_000.0;
+    let mut before = vec![0.0; 4000];
     for input in 0..8 {
-        let errors: Vec<f64> =
-            (0..4000).map(|row| (noisy.tables[0].1.row(row)[input] - exact.tables[0].1.row(row)[input]) / arcsec).collect();
+        let difference = |row| noisy.tables[0].1.row(row)[input] - exact.tables[0].1.row(row)[input];
+        let errors: Vec<f64> = (0..4000).map(|row| difference(row) / arcsec).collect();
         let (mean, sigma) = moments(&errors);
         // four standard errors
         assert!((mean - 1.88).abs() < 4.0 * 17.59 / 4000f64.sqrt(), "{input}: {mean}");
         assert!((sigma / 17.59 - 1.0).abs() < 4.0 / 8000f64.sqrt(), "{input}: {sigma}");
+        let products: Vec<f64> = errors.iter().zip(&before).map(|(one, other)| (one - 1.88) * (other - 1.88)).collect();
+        assert!(input == 0 || moments(&products).0.abs() < 4.0 * 17.59 * 17.59 / 4000f64.sqrt(), "{input}: not alone");
+        before = errors;
     }
     assert!((0..4000).all(|row| noisy.tables[0].1.row(row)[8] == exact.tables[0].1.row(row)[8]));
 }
@@ -79,36 +83,4 @@ fn a_seed_gives_the_same_bytes_and_more_rows_keep_the_first() {
     assert_ne!(bytes(&one), bytes(&other));
     assert!(same(&one.tables[0].1, &longer.tables[0].1, 40));
     assert_eq!((&one.truth, &one.truth), (&longer.truth, &other.truth));
-}
-
-#[test]
-#[ignore = "a measurement of time"]
-fn speed() {
-    let program = flagship();
-    let start = std::time::Instant::now();
-    let made = made(&program, &Options { rows: vec![(0, 5000)], ..Options::default() });
-    let simulated = start.elapsed();
-    let mut table = made.tables[0].1.clone();
-    while table.rows() < 1_000_000 {
-        table.append(&made.tables[0].1);
-    }
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("t.csv");
-    let start = std::time::Instant::now();
-    crate::data::write(&program, 0, &table, &path).unwrap();
-    let written = start.elapsed();
-    let start = std::time::Instant::now();
-    let bytes = std::fs::read(&path).unwrap();
-    let mut fields = 0;
-    for line in bytes.split(|&b| b == b'\n') {
-        fields += line.split(|&b| b == b',').count();
-    }
-    let split = start.elapsed();
-    let start = std::time::Instant::now();
-    let mut found = crate::diag::Diagnostics::new();
-    let files = [crate::model::DataFile { file: "t.csv".into(), ..Default::default() }];
-    let again = crate::data::read(&program, 0, &files, directory.path(), &mut found).unwrap();
-    let read = start.elapsed();
-    assert!(same(&table, &again, table.rows()));
-    panic!("5000 rows simulated {simulated:?}; {} rows, {} MB, {fields} fields: written {written:?} split {split:?} read {read:?}", table.rows(), bytes.len() / 1_000_000);
 }

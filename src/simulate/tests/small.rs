@@ -27,8 +27,7 @@ fn arm(solve: &str) -> String {
     )
 }
 
-const SOLVE: &str =
-    r#"solve: [ (unknowns: {"q1": 0, "q2": "START deg"}, zero: "(base * arm(q1, q2)).o - socket[place, hole]") ],"#;
+const SOLVE: &str = r#"solve: [ (unknowns: {"q1": "-90 deg", "q2": "START deg"}, zero: "(base * arm(q1, q2)).o - socket[place, hole]") ],"#;
 
 fn value(made: &Simulated, name: &str) -> f64 {
     made.truth.iter().find(|(known, _)| known == name).unwrap_or_else(|| panic!("{name}: {:?}", made.truth)).1
@@ -42,7 +41,10 @@ fn families_and_branches() {
         let table = &made.tables[0].1;
         assert_eq!(table.names(0), ["a", "b"]);
         assert_eq!(table.names(1).len(), 2);
-        assert_eq!((value(&made, "socket[a/1].y"), value(&made, "socket[a/2].y"), value(&made, "base.rz")), (10.0, 0.0, 90.0));
+        assert_eq!(
+            (value(&made, "socket[a/1].y"), value(&made, "socket[a/2].y"), value(&made, "base.rz")),
+            (10.0, 0.0, 90.0)
+        );
         assert_eq!(value(&made, "socket[b/1].y"), 200.0);
         let x = value(&made, "socket[b/1].x");
         assert!((90.0..110.0).contains(&x) && x != 100.0);
@@ -87,7 +89,8 @@ fn what_cannot_be_solved_is_named() {
         (found.code.id(), format!("{} {}", found.message, found.hint.unwrap_or_default()))
     };
     let none = Options::default();
-    let far = SOLVE.replace("START", "30").replace("socket[place, hole]\"", "socket[place, hole] - vec(2000 mm, 0, 0)\"");
+    let far =
+        SOLVE.replace("START", "30").replace("socket[place, hole]\"", "socket[place, hole] - vec(2000 mm, 0, 0)\"");
     let (code, words) = refused(&far, &none);
     assert_eq!(code, "E040");
     for part in ["scenario `s`, measurement `touch`, row 1", "`q1`, `q2`", "q1 = ", "deg", "left of them"] {
@@ -120,5 +123,42 @@ fn lengths_are_solved_for_from_where_nothing_is_seen() {
     for row in 0..5 {
         let [x, y, c] = *made.tables[0].1.row(row) else { panic!() };
         assert!((x * x / c - 1.0).abs() < 1e-12 && (y / (1000.0 * c.exp()) - 1.0).abs() < 1e-12);
+    }
+}
+
+/// Of the two ways to reach a point, the one nearer to the start, wherever a search from the start itself leads.
+#[test]
+fn the_nearest_solution_is_taken() {
+    let (long, short) = (300.0f64, 200.0f64);
+    for start in [(0.0, 10.0), (20.0, 60.0), (-100.0, -140.0), (170.0, 90.0)] {
+        let text = r#"(
+            name: "arm",
+            parameters: { "a": Scalar(Free("300 mm")) },
+            chains: { "arm": [Dh(name: "A", a: "300 mm"), Dh(name: "B", a: "200 mm")] },
+            measurements: { "m": (
+                inputs: { "q1": (unit: "rad"), "q2": (unit: "rad"), "x": (unit: "mm"), "y": (unit: "mm") },
+                residuals: { "r": "arm(q1, q2).o.x - x + a - 300 mm" },
+            ) },
+            scenarios: { "s": (measurements: { "m": (
+                rows: 400,
+                draw: { "r": Uniform("110 mm", "490 mm"), "phi": Uniform("-180 deg", "180 deg") },
+                set: { "x": "r*cos(phi)", "y": "r*sin(phi)" },
+                solve: [ (unknowns: {"q1": "START1 deg", "q2": "START2 deg"}, zero: "arm(q1, q2).o - vec(x, y, 0)") ],
+            ) }) },
+        )"#;
+        let program = program(&text.replace("START1", &start.0.to_string()).replace("START2", &start.1.to_string()));
+        let made = made(&program, &Options::default());
+        let wrap = |angle: f64| angle.sin().atan2(angle.cos());
+        let distance =
+            |q1: f64, q2: f64| wrap(q1 - f64::to_radians(start.0)).hypot(wrap(q2 - f64::to_radians(start.1)));
+        for row in 0..400 {
+            let [q1, q2, x, y] = *made.tables[0].1.row(row) else { panic!() };
+            let bend = ((x * x + y * y - long * long - short * short) / (2.0 * long * short)).acos();
+            let nearest = [bend, -bend]
+                .map(|q2| distance(y.atan2(x) - (short * q2.sin()).atan2(long + short * q2.cos()), q2))
+                .into_iter()
+                .fold(f64::INFINITY, f64::min);
+            assert!((distance(q1, q2) - nearest).abs() < 1e-6, "{start:?} {:?} {nearest}", [q1, q2, x, y]);
+        }
     }
 }
