@@ -1,5 +1,7 @@
 //! From a program and tables to a problem.
 
+use std::collections::HashSet;
+
 use super::block::{Block, member};
 use super::layout::Layout;
 use super::selection::Selection;
@@ -105,26 +107,32 @@ fn whitening(program: &Program, measurement: &Measurement, weights: Weights) -> 
     measurement.residuals.iter().map(weight).collect()
 }
 
-/// The members of each family: those that are declared, then those that rows name, in their order.
+/// The members of each family that rows name: those that are declared first, then the others in the order of the rows. A
+/// declared member that no row names takes no part, for no data can see it.
 fn members(program: &Program, tables: &[(usize, Table)]) -> Vec<Vec<String>> {
-    let mut members: Vec<Vec<String>> =
-        program.parameters.iter().map(|p| p.members.iter().map(|(key, _)| key.clone()).collect()).collect();
+    let mut named: Vec<Vec<String>> = vec![Vec::new(); program.parameters.len()];
+    let mut seen: Vec<HashSet<String>> = vec![HashSet::new(); program.parameters.len()];
     for (index, table) in tables {
         for slot in &program.measurements[*index].slots {
             if !program.parameters[slot.parameter].family {
                 continue;
             }
-            let known = &mut members[slot.parameter];
-            let mut seen: std::collections::HashSet<String> = known.iter().cloned().collect();
             for row in 0..table.rows() {
                 let key = member(slot, table, row);
-                if seen.insert(key.clone()) {
-                    known.push(key);
+                if seen[slot.parameter].insert(key.clone()) {
+                    named[slot.parameter].push(key);
                 }
             }
         }
     }
-    members
+    for ((parameter, named), seen) in program.parameters.iter().zip(&mut named).zip(&seen) {
+        let declared = || parameter.members.iter().map(|(key, _)| key);
+        let known: HashSet<&String> = declared().collect();
+        let mut all: Vec<String> = declared().filter(|key| seen.contains(*key)).cloned().collect();
+        all.extend(named.iter().filter(|key| !known.contains(key)).cloned());
+        *named = all;
+    }
+    named
 }
 
 fn decide_weights<'m>(

@@ -7,6 +7,8 @@ mod close;
 mod flagship;
 mod kinematics;
 mod paper;
+mod readme;
 mod real;
 mod shared;
 mod tidy;
+mod ui;

@@ -19,11 +19,17 @@ fn run(folder: &Path) -> String {
         .output()
         .expect("phical runs");
     let say = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    format!("exit {}\n--- stderr\n{}--- stdout\n{}", out.status.code().unwrap_or(-1), say(&out.stderr), say(&out.stdout))
+    format!(
+        "exit {}\n--- stderr\n{}--- stdout\n{}",
+        out.status.code().unwrap_or(-1),
+        say(&out.stderr),
+        say(&out.stdout)
+    )
 }
 
 fn cases() -> Vec<std::path::PathBuf> {
-    let mut cases: Vec<_> = std::fs::read_dir(project("tests/ui")).expect("readable").flatten().map(|e| e.path()).collect();
+    let mut cases: Vec<_> =
+        std::fs::read_dir(project("tests/ui")).expect("readable").flatten().map(|e| e.path()).collect();
     cases.sort();
     cases
 }

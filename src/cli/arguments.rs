@@ -1,0 +1,137 @@
+//! Arguments that several subcommands share, and how they are read.
+
+use clap::{Args, ValueEnum};
+
+use crate::diag::{Code, Diagnostic, Diagnostics};
+use crate::problem::{Selection, Weights};
+use crate::session::Values;
+
+/// A file for a measurement: `M=FILE`.
+pub(super) fn data(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, file)) if !name.is_empty() && !file.is_empty() => Ok((name.to_owned(), file.to_owned())),
+        _ => Err("write MEASUREMENT=FILE, such as vo_line=lines.csv".into()),
+    }
+}
+
+/// A number of rows for a measurement: `M=N`.
+pub(super) fn rows(text: &str) -> Result<(String, usize), String> {
+    let wanted = || "write MEASUREMENT=NUMBER, such as vo_line=300".to_owned();
+    let (name, number) = text.split_once('=').filter(|(name, _)| !name.is_empty()).ok_or_else(wanted)?;
+    number.trim().parse().map(|number| (name.to_owned(), number)).map_err(|_| wanted())
+}
+
+/// A parameter, and the value it is held at: `P` or `P=V`. A member's key may contain the sign, as in `socket[a=b].x=1`.
+pub(super) fn fix(text: &str) -> Result<(String, Option<String>), String> {
+    let name_ends = text.rfind(']').unwrap_or(0);
+    let (name, value) = match text[name_ends..].split_once('=') {
+        Some((rest, value)) => (&text[..name_ends + rest.len()], Some(value)),
+        None => (text, None),
+    };
+    if name.is_empty() || value.is_some_and(|value| value.trim().is_empty()) {
+        return Err("write PARAMETER or PARAMETER=VALUE, such as L1.b=\"0.2 mm\"".into());
+    }
+    Ok((name.to_owned(), value.map(str::to_owned)))
+}
+
+/// What is freed and what is held.
+#[derive(Debug, Args)]
+pub(super) struct Chosen {
+    /// Hold a parameter, at a value with its unit or else where it starts [P: L1.b, target, socket[front/0].x, socket[*]]
+    #[arg(long, value_name = "P[=V]", value_parser = fix)]
+    pub(super) fix: Vec<(String, Option<String>)>,
+    /// Release a parameter that the model holds
+    #[arg(long, value_name = "P")]
+    pub(super) free: Vec<String>,
+}
+
+impl Chosen {
+    pub(super) fn selection(&self, start: Option<&Values>) -> Selection {
+        let start = start.map(|values| values.values.clone()).unwrap_or_default();
+        Selection { fix: self.fix.clone(), free: self.free.clone(), start }
+    }
+}
+
+/// How to search for the minimum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Solver {
+    /// Levenberg-Marquardt
+    Lm,
+    /// conic steps within bounds and constraints (not yet)
+    Clarabel,
+    /// one row at a time (not yet)
+    Sequential,
+}
+
+impl Solver {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Solver::Lm => "lm",
+            Solver::Clarabel => "clarabel",
+            Solver::Sequential => "sequential",
+        }
+    }
+
+    /// Whether there is such a solver yet.
+    pub(super) fn available(self) -> Result<(), Box<Diagnostic>> {
+        match self {
+            Solver::Lm => Ok(()),
+            _ => {
+                let message = format!("there is no solver `{}` yet", self.name());
+                Err(Box::new(Diagnostic::error(Code::NotAvailable, message).hint("use `--solver lm`")))
+            }
+        }
+    }
+}
+
+/// How residuals are weighted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Weighting {
+    /// all alike
+    Unit,
+    /// by the declared sigmas of the residuals
+    Sigma,
+    /// by the sigmas of the inputs (not yet)
+    Propagated,
+}
+
+impl Weighting {
+    pub(super) fn available(self) -> Result<Weights, Box<Diagnostic>> {
+        match self {
+            Weighting::Unit => Ok(Weights::Unit),
+            Weighting::Sigma => Ok(Weights::Sigma),
+            Weighting::Propagated => {
+                let message = "there are no weights propagated from the inputs' sigmas yet";
+                let hint = "use `--weights unit`, or `--weights sigma` with sigmas of the residuals";
+                Err(Box::new(Diagnostic::error(Code::NotAvailable, message).hint(hint)))
+            }
+        }
+    }
+}
+
+/// The value, or its mistake among the others.
+pub(super) fn collect<T>(found: Result<T, Box<Diagnostic>>, mistakes: &mut Diagnostics) -> Option<T> {
+    found.map_err(|mistake| mistakes.push(*mistake)).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs() {
+        assert_eq!(data("m=a=b.csv"), Ok(("m".into(), "a=b.csv".into())));
+        assert!(data("m").is_err() && data("=f").is_err() && data("m=").is_err());
+        assert_eq!(rows("m=12"), Ok(("m".into(), 12)));
+        assert!(rows("m=-1").is_err() && rows("m").is_err() && rows("m=1.5").is_err());
+    }
+
+    #[test]
+    fn a_fixed_parameter_with_and_without_value() {
+        assert_eq!(fix("L1.b"), Ok(("L1.b".into(), None)));
+        assert_eq!(fix("L1.b=0.2 mm"), Ok(("L1.b".into(), Some("0.2 mm".into()))));
+        assert_eq!(fix("s[a=b].x=1"), Ok(("s[a=b].x".into(), Some("1".into()))));
+        assert_eq!(fix("s[a=b]"), Ok(("s[a=b]".into(), None)));
+        assert!(fix("=1").is_err() && fix("").is_err() && fix("a= ").is_err());
+    }
+}

@@ -1,0 +1,84 @@
+//! `phical calibrate MODEL`
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use super::arguments::{Chosen, Solver, Weighting, collect, data};
+use super::output::Output;
+use super::progress::Progress;
+use super::{Format, Outcome, pretty};
+use crate::diag::Diagnostics;
+use crate::model::DataRole;
+use crate::problem::Options;
+use crate::report::fit_text;
+use crate::session::{Choice, Session, Values, calibrate};
+
+#[derive(Debug, Args)]
+pub(super) struct Calibrate {
+    /// The model file
+    model: PathBuf,
+    /// A file of data instead of the model's own; `-` is standard input
+    #[arg(long, value_name = "M=FILE", value_parser = data)]
+    data: Vec<(String, String)>,
+    /// How to search for the minimum
+    #[arg(long, value_enum, default_value_t = Solver::Lm)]
+    solver: Solver,
+    /// How residuals are weighted [default: sigma where every residual has one, else unit]
+    #[arg(long, value_enum)]
+    weights: Option<Weighting>,
+    #[command(flatten)]
+    chosen: Chosen,
+    /// Start from a fit, or from a JSON object of name and value
+    #[arg(long, value_name = "FILE")]
+    start: Option<String>,
+    /// Write the fit as JSON
+    #[arg(long, value_name = "FIT.json")]
+    out: Option<PathBuf>,
+}
+
+impl Calibrate {
+    pub(super) fn run(self, format: Format) -> Result<Outcome, Diagnostics> {
+        let mut mistakes = Diagnostics::new();
+        collect(self.solver.available(), &mut mistakes);
+        let weights = self.weights.and_then(|weights| collect(weights.available(), &mut mistakes));
+        let start = self.start.as_deref().and_then(|file| collect(Values::read(file), &mut mistakes));
+        let session = match Session::open(&self.model, &[]) {
+            Ok(session) if !mistakes.has_errors() => session,
+            Ok(_) => return Err(mistakes),
+            Err(more) => {
+                mistakes.extend(more);
+                return Err(mistakes);
+            }
+        };
+        let options = Options { weights, selection: self.chosen.selection(start.as_ref()) };
+        let choice = Choice { files: self.data.clone(), role: DataRole::Calibrate };
+        let bound = session.bind(&choice, &options)?;
+        let out = self.out.as_deref().map(Output::open).transpose().map_err(|found| Diagnostics::from(*found))?;
+
+        let progress = Progress::new();
+        let mut calibration = calibrate(&bound, &|iteration, cost| progress.tell(iteration, cost))?;
+        drop(progress);
+        let options = self.options(calibration.fit.weights.name());
+        calibration.file.provenance.insert("options".into(), options);
+        let fit = &calibration.fit;
+        let json = || calibration.file.json(fit);
+        if let Some(out) = out {
+            out.finish(&pretty(&json())).map_err(|found| Diagnostics::from(*found))?;
+        }
+        let outcome = Outcome::new(format, || fit_text(fit, &bound), json);
+        Ok(outcome.trusted(fit.verdict().trustworthy()).warned(fit.warnings.clone()))
+    }
+
+    /// What was asked for, as the fit file keeps it.
+    fn options(&self, weights: &str) -> Value {
+        json!({
+            "weights": weights,
+            "solver": self.solver.name(),
+            "fix": self.chosen.fix.iter().map(|(name, value)| json!({"name": name, "value": value})).collect::<Vec<_>>(),
+            "free": self.chosen.free,
+            "start": self.start,
+        })
+    }
+}

@@ -1,0 +1,79 @@
+//! `phical evaluate MODEL`
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::arguments::data;
+use super::{Format, Outcome};
+use crate::diag::{Code, Diagnostic, Diagnostics};
+use crate::evaluate::{Members, evaluate, point, unseen};
+use crate::model::DataRole;
+use crate::problem::{Options, Selection, Undefined, Weights};
+use crate::report::{evaluation_json, evaluation_text};
+use crate::session::{Choice, Session, Values, failed};
+
+#[derive(Debug, Args)]
+pub(super) struct Evaluate {
+    /// The model file
+    model: PathBuf,
+    /// The values: a fit, or a JSON object of name and value [default: the nominal values]
+    #[arg(long, value_name = "FIT.json")]
+    fit: Option<String>,
+    /// A file of data instead of the model's own; `-` is standard input
+    #[arg(long, value_name = "M=FILE", value_parser = data)]
+    data: Vec<(String, String)>,
+    /// Use the files that the model keeps out of the fit
+    #[arg(long)]
+    check: bool,
+    /// An expression to be put out for every row, beside the model's outputs
+    #[arg(long, value_name = "E")]
+    expr: Vec<String>,
+}
+
+impl Evaluate {
+    pub(super) fn run(self, format: Format) -> Result<Outcome, Diagnostics> {
+        let session = Session::open(&self.model, &self.expr)?;
+        let values = self.fit.as_deref().map(Values::read).transpose().map_err(|found| Diagnostics::from(*found))?;
+        let given = values.as_ref().map(|values| values.values.clone()).unwrap_or_default();
+        let weights = match values.as_ref().and_then(|v| v.member("weights")).and_then(|name| name.as_str()) {
+            Some("unit") => Some(Weights::Unit),
+            Some("sigma") => Some(Weights::Sigma),
+            _ => None,
+        };
+        let options = Options { weights, selection: Selection { start: given.clone(), ..Selection::default() } };
+        let role = if self.check { DataRole::Check } else { DataRole::Calibrate };
+        let mut bound = session.bind(&Choice { files: self.data, role }, &options)?;
+        let mut stop = |found: Diagnostic| {
+            let mut all = std::mem::take(&mut bound.warnings);
+            all.push(found);
+            all
+        };
+        let problem = &bound.problem;
+        // without a fit everything is nominal; with one, what it does not know is found from these data
+        let coordinates = if values.is_some() { unseen(problem, &given) } else { Vec::new() };
+        let point = point(problem, &given);
+        let members = if coordinates.is_empty() {
+            Members::known(point)
+        } else {
+            Members::estimate(problem, point, coordinates).map_err(|error| stop(failed(error)))?
+        };
+        let evaluation = evaluate(problem, &members.point).map_err(|Undefined(found)| stop(*found))?;
+
+        let fit = members.fit.as_ref();
+        let mut warnings = std::mem::take(&mut bound.warnings);
+        // values are taken as they are, whatever the bounds of a fit
+        warnings.0.retain(|warning| warning.code != Code::StartProjected);
+        if fit.is_none() {
+            // nothing was weighted
+            warnings.0.retain(|warning| warning.code != Code::UnitWeights);
+        }
+        let trustworthy = fit.is_none_or(|fit| fit.status.converged() && fit.parameters.iter().all(|p| p.estimable));
+        let outcome = Outcome::new(
+            format,
+            || evaluation_text(&evaluation, fit, &bound, values.as_ref()),
+            || evaluation_json(&evaluation, fit, &bound, values.as_ref(), &warnings),
+        );
+        Ok(outcome.trusted(trustworthy).warned(warnings))
+    }
+}

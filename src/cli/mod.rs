@@ -1,0 +1,236 @@
+//! The command line: arguments in, one text out, and an exit code.
+//!
+//! A subcommand is a file here. Each parses its arguments, calls the library, and returns an [`Outcome`]; [`run`] alone
+//! writes. Results go to standard output, everything else to standard error.
+//!
+//! | exit code | meaning |
+//! |---|---|
+//! | 0 | done and trustworthy |
+//! | 1 | done, but not to be trusted; the output says why |
+//! | 2 | wrong input |
+
+mod arguments;
+mod calibrate;
+mod check;
+mod evaluate;
+mod explain;
+mod jacobian;
+mod output;
+mod progress;
+mod simulate;
+
+use std::ffi::OsString;
+use std::io::{ErrorKind, Write};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand, ValueEnum};
+use serde_json::{Value, json};
+
+use crate::diag::{self, Diagnostics, Severity};
+
+/// Calibrate instruments and robots that are declared, not programmed.
+#[derive(Debug, Parser)]
+#[command(name = "phical", version, max_term_width = 100, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// How results are printed.
+    #[arg(long, global = true, value_enum, default_value_t = Format::Text)]
+    format: Format,
+}
+
+/// How results are printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// for people
+    #[default]
+    Text,
+    /// for programs
+    Json,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Read a model, report all its mistakes at once, or say what it is
+    Check(check::Check),
+    /// Make up data from a declared scenario, with the truth beside them
+    Simulate(simulate::Simulate),
+    /// Fit a model to its data
+    Calibrate(calibrate::Calibrate),
+    /// Print residuals and their derivatives by parameters and inputs
+    Jacobian(jacobian::Jacobian),
+    /// Residuals and derived quantities at given values, on any data
+    Evaluate(evaluate::Evaluate),
+    /// Explain a code such as E012
+    Explain(explain::Explain),
+}
+
+impl Command {
+    fn run(self, format: Format) -> Result<Outcome, Diagnostics> {
+        match self {
+            Command::Check(command) => command.run(format),
+            Command::Simulate(command) => command.run(format),
+            Command::Calibrate(command) => command.run(format),
+            Command::Jacobian(command) => command.run(format),
+            Command::Evaluate(command) => command.run(format),
+            Command::Explain(command) => Ok(command.run(format)),
+        }
+    }
+}
+
+/// What a subcommand that could start leads to.
+struct Outcome {
+    /// What goes to standard output.
+    output: String,
+    /// Whether to trust it.
+    trustworthy: bool,
+    /// What goes to standard error.
+    warnings: Diagnostics,
+}
+
+impl Outcome {
+    /// The result in the wanted format.
+    fn new(format: Format, text: impl FnOnce() -> String, json: impl FnOnce() -> Value) -> Self {
+        let output = match format {
+            Format::Text => text(),
+            Format::Json => pretty(&json()),
+        };
+        Outcome { output, trustworthy: true, warnings: Diagnostics::new() }
+    }
+
+    fn warned(self, warnings: Diagnostics) -> Self {
+        Outcome { warnings, ..self }
+    }
+
+    fn trusted(self, trustworthy: bool) -> Self {
+        Outcome { trustworthy, ..self }
+    }
+}
+
+/// Runs the program with its arguments, the program's name first.
+///
+/// ```
+/// let (mut out, mut err) = (Vec::new(), Vec::new());
+/// let code = phical::cli::run(["phical", "explain", "E012"], &mut out, &mut err);
+/// assert_eq!(code, std::process::ExitCode::SUCCESS);
+/// assert!(String::from_utf8(out).unwrap().starts_with("E012: the unit does not fit"));
+/// ```
+pub fn run<A: Into<OsString> + Clone>(
+    arguments: impl IntoIterator<Item = A>,
+    stdout: &mut dyn Write,
+    stderr: &mut dyn Write,
+) -> ExitCode {
+    let arguments: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
+    let cli = match Cli::try_parse_from(&arguments) {
+        Ok(cli) => cli,
+        Err(error) => return usage(&error, wants_json(&arguments), stdout, stderr),
+    };
+    let (code, output, diagnostics) = match cli.command.run(cli.format) {
+        Ok(outcome) => (u8::from(!outcome.trustworthy), outcome.output, outcome.warnings),
+        Err(diagnostics) => {
+            let output = match cli.format {
+                Format::Text => String::new(),
+                Format::Json => pretty(&refusal(&diagnostics)),
+            };
+            (2, output, diagnostics)
+        }
+    };
+    // nobody can be told of a failure to write here
+    let _ = stderr.write_all(diag::text(&diagnostics, false).as_bytes()).and_then(|()| stderr.flush());
+    written(code, &output, stdout, stderr)
+}
+
+/// Writes the result. A reader who has seen enough is no mistake.
+fn written(code: u8, output: &str, stdout: &mut dyn Write, stderr: &mut dyn Write) -> ExitCode {
+    match stdout.write_all(output.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            let _ = writeln!(stderr, "error: standard output cannot be written: {error}");
+            ExitCode::from(2)
+        }
+        _ => ExitCode::from(code),
+    }
+}
+
+/// What the parser of arguments has to say: help and version are results, all else is wrong input.
+fn usage(error: &clap::Error, json: bool, stdout: &mut dyn Write, stderr: &mut dyn Write) -> ExitCode {
+    let text = error.render().to_string();
+    if !error.use_stderr() {
+        return written(0, &text, stdout, stderr);
+    }
+    let _ = stderr.write_all(text.as_bytes()).and_then(|()| stderr.flush());
+    let output = if json {
+        let message = text.strip_prefix("error: ").unwrap_or(&text).trim_end();
+        let found = json!({ "code": null, "severity": "error", "message": message, "file": null, "hint": null });
+        pretty(&json!({ "errors": [found], "warnings": [] }))
+    } else {
+        String::new()
+    };
+    written(2, &output, stdout, stderr)
+}
+
+/// Whether arguments that cannot be parsed ask for JSON.
+fn wants_json(arguments: &[OsString]) -> bool {
+    arguments.iter().any(|argument| argument == "--format=json")
+        || arguments.windows(2).any(|pair| pair[0] == "--format" && pair[1] == "json")
+}
+
+/// A run that could not start, as JSON.
+fn refusal(diagnostics: &Diagnostics) -> Value {
+    let of = |severity| diag::json(diagnostics.iter().filter(|d| d.severity == severity));
+    json!({ "errors": of(Severity::Error), "warnings": of(Severity::Warning) })
+}
+
+/// JSON for files and standard output.
+fn pretty(value: &Value) -> String {
+    format!("{value:#}\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_arguments_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_reader_who_has_seen_enough_is_no_mistake() {
+        struct Closed(ErrorKind);
+        impl Write for Closed {
+            fn write(&mut self, _: &[u8]) -> std::io::Result<usize> {
+                Err(self.0.into())
+            }
+            fn flush(&mut self) -> std::io::Result<()> {
+                Ok(())
+            }
+        }
+        let mut told = Vec::new();
+        let code = run(["phical", "explain"], &mut Closed(ErrorKind::BrokenPipe), &mut told);
+        assert_eq!((code, told.len()), (ExitCode::SUCCESS, 0));
+        let code = run(["phical", "explain"], &mut Closed(ErrorKind::StorageFull), &mut told);
+        assert_eq!(code, ExitCode::from(2));
+        assert!(!told.is_empty());
+    }
+
+    #[test]
+    fn usage_mistakes_are_wrong_input_in_both_formats() {
+        let (mut out, mut err) = (Vec::new(), Vec::new());
+        assert_eq!(run(["phical", "calibrat"], &mut out, &mut err), ExitCode::from(2));
+        assert!(out.is_empty() && !err.is_empty());
+        let code = run(["phical", "explain", "E999", "--format", "json"], &mut out, &mut err);
+        assert_eq!(code, ExitCode::from(2));
+        let value: Value = serde_json::from_slice(&out).unwrap();
+        assert!(value["errors"][0]["message"].as_str().unwrap().contains("E999"));
+    }
+
+    #[test]
+    fn help_and_version_are_results() {
+        for flag in ["--help", "--version"] {
+            let (mut out, mut err) = (Vec::new(), Vec::new());
+            assert_eq!(run(["phical", flag], &mut out, &mut err), ExitCode::SUCCESS);
+            assert!(!out.is_empty() && err.is_empty());
+        }
+    }
+}

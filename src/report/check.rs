@@ -1,0 +1,256 @@
+//! What a model is, once it has been read and compiled.
+
+use std::fmt::Write;
+
+use serde_json::{Map, Value, json};
+
+use super::count;
+use super::fit::unit;
+use super::number::significant;
+use super::table::{Align, Grid};
+use crate::compile::{Measurement, Parameter, Program, Role, Setting};
+use crate::diag;
+use crate::session::Session;
+use crate::unit::{Base, Dimension};
+
+/// One coordinate of a parameter as declared, in reported units.
+struct Row {
+    name: String,
+    role: Role,
+    nominal: f64,
+    unit: String,
+    min: Option<f64>,
+    max: Option<f64>,
+    sigma: Option<f64>,
+    tolerance: f64,
+}
+
+fn rows_of(program: &Program, parameter: &Parameter) -> Vec<Row> {
+    let mut rows = Vec::new();
+    let mut add = |base: String, setting: &Setting| {
+        for (k, suffix) in parameter.shape.suffixes().iter().enumerate() {
+            let dimension = parameter.dimensions[k];
+            let reported = |value: f64| program.units.to_reported(value, dimension);
+            let bound = |value: f64| value.is_finite().then(|| reported(value));
+            rows.push(Row {
+                name: format!("{base}{suffix}"),
+                role: setting.role,
+                nominal: reported(setting.nominal[k]),
+                unit: program.units.symbol(dimension),
+                min: bound(setting.min[k]),
+                max: bound(setting.max[k]),
+                sigma: setting.sigma[k].map(reported),
+                tolerance: reported(setting.tolerance[k]),
+            });
+        }
+    };
+    if parameter.family {
+        add(format!("{}[*]", parameter.name), &parameter.setting);
+        for (key, setting) in &parameter.members {
+            add(format!("{}[{key}]", parameter.name), setting);
+        }
+    } else {
+        add(parameter.name.clone(), &parameter.setting);
+    }
+    rows
+}
+
+fn all_rows(program: &Program) -> Vec<Row> {
+    program.parameters.iter().flat_map(|parameter| rows_of(program, parameter)).collect()
+}
+
+fn role(role: Role) -> &'static str {
+    match role {
+        Role::Free => "free",
+        Role::Held => "held",
+    }
+}
+
+/// The model's unit of each base dimension.
+fn units(program: &Program) -> Vec<(&'static str, String)> {
+    Base::ALL.into_iter().map(|base| (base.name(), program.units.symbol(Dimension::of(base)))).collect()
+}
+
+/// The unit of a column, as the model says it.
+fn column_unit(session: &Session, measurement: &Measurement, input: usize) -> String {
+    let declared = session.model.measurements.get(&measurement.name);
+    let found = declared.and_then(|m| m.inputs.get(&measurement.inputs[input].name)).and_then(|i| i.unit.as_ref());
+    found.map_or_else(|| "1".into(), |text| text.value.clone())
+}
+
+fn parameters_used<'p>(program: &'p Program, measurement: &Measurement) -> Vec<&'p str> {
+    let mut used: Vec<usize> = measurement.slots.iter().map(|slot| slot.parameter).collect();
+    used.sort_unstable();
+    used.dedup();
+    used.into_iter().map(|index| program.parameters[index].name.as_str()).collect()
+}
+
+fn operations(measurement: &Measurement) -> Value {
+    let counts = measurement.tape.counts();
+    json!({ "per_iteration": counts.per_iteration, "per_row": counts.per_row })
+}
+
+/// The summary as JSON.
+pub fn check_json(session: &Session) -> Value {
+    let program = &session.program;
+    let parameters: Vec<Value> = all_rows(program)
+        .into_iter()
+        .map(|r| {
+            json!({
+                "name": r.name, "role": role(r.role), "nominal": r.nominal, "unit": r.unit, "min": r.min, "max": r.max,
+                "sigma": r.sigma, "tolerance": r.tolerance,
+            })
+        })
+        .collect();
+    let measurements: Vec<Value> = program.measurements.iter().map(|m| measurement_json(session, m)).collect();
+    let scenarios: Vec<Value> = program
+        .scenarios
+        .iter()
+        .map(|s| {
+            let simulated = s.measurements.iter().map(|m| {
+                let name = &program.measurements[m.measurement].name;
+                json!({ "name": name, "rows": m.rows })
+            });
+            json!({ "name": s.name, "seed": s.seed, "measurements": simulated.collect::<Vec<_>>() })
+        })
+        .collect();
+    let units: Map<String, Value> = units(program).into_iter().map(|(name, unit)| (name.into(), json!(unit))).collect();
+    let mut counts = match program.measurements.first().map(operations) {
+        Some(Value::Object(counts)) => counts,
+        _ => Map::new(),
+    };
+    let by_measurement: Map<String, Value> =
+        program.measurements.iter().map(|m| (m.name.clone(), operations(m))).collect();
+    counts.insert("measurements".into(), Value::Object(by_measurement));
+    json!({
+        "ok": true,
+        "name": program.name,
+        "units": units,
+        "parameters": parameters,
+        "measurements": measurements,
+        "scenarios": scenarios,
+        "operations": counts,
+        "warnings": diag::json(&session.warnings),
+    })
+}
+
+fn measurement_json(session: &Session, m: &Measurement) -> Value {
+    let units = &session.program.units;
+    let columns: Vec<Value> = m
+        .inputs
+        .iter()
+        .enumerate()
+        .map(|(k, input)| {
+            let in_column = |value: f64| units.from_internal(value, input.unit);
+            json!({
+                "name": input.name, "unit": column_unit(session, m, k), "sigma": input.sigma.map(in_column),
+                "bias": in_column(input.bias), "default": input.default.map(in_column),
+            })
+        })
+        .collect();
+    let residual = |r: &crate::compile::Residual| {
+        let sigma = r.sigma.map(|sigma| units.to_reported(sigma, r.dimension));
+        json!({ "name": r.name, "unit": units.symbol(r.dimension), "sigma": sigma })
+    };
+    json!({
+        "name": m.name,
+        "inputs": m.inputs.iter().map(|i| i.name.as_str()).collect::<Vec<_>>(),
+        "keys": m.keys,
+        "residuals": m.residuals.iter().map(|r| r.name.as_str()).collect::<Vec<_>>(),
+        "outputs": m.outputs.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(),
+        "parameters_used": parameters_used(&session.program, m),
+        "columns": columns,
+        "equations": m.residuals.iter().map(residual).collect::<Vec<_>>(),
+    })
+}
+
+/// The summary as text.
+pub fn check_text(session: &Session) -> String {
+    let program = &session.program;
+    let rows = all_rows(program);
+    let free = rows.iter().filter(|row| row.role == Role::Free).count();
+    let mut out = String::new();
+    let names: Vec<String> = units(program).into_iter().map(|(_, symbol)| symbol).collect();
+    let _ = writeln!(
+        out,
+        "No mistakes found.\n\n{} ({})\n  units {}; {}, {free} free\n",
+        program.name,
+        session.path.display(),
+        names.join(", "),
+        count(rows.len(), "parameter", "parameters"),
+    );
+    if !rows.is_empty() {
+        out.push_str("Parameters\n");
+        let mut grid =
+            Grid::new(&[Align::Left, Align::Left, Align::Right, Align::Left, Align::Left, Align::Left, Align::Left]);
+        for row in &rows {
+            let bounds = match (row.min, row.max) {
+                (None, None) => String::new(),
+                (min, max) => {
+                    let side = |bound: Option<f64>, none: &str| bound.map_or(none.into(), |b| significant(b, 9));
+                    format!("[{}, {}]", side(min, "-inf"), side(max, "inf"))
+                }
+            };
+            let prior = row.sigma.map_or(String::new(), |sigma| format!("prior ± {}", significant(sigma, 4)));
+            let tolerance = format!("tolerance {}", significant(row.tolerance, 4));
+            grid.row([
+                row.name.as_str(),
+                role(row.role),
+                &significant(row.nominal, 10),
+                unit(&row.unit),
+                &tolerance,
+                &prior,
+                &bounds,
+            ]);
+        }
+        out.push_str(&grid.text("  "));
+    }
+    for m in &program.measurements {
+        out.push_str(&measurement_text(session, m));
+    }
+    for scenario in &program.scenarios {
+        let rows = scenario
+            .measurements
+            .iter()
+            .map(|m| format!("{} of `{}`", count(m.rows, "row", "rows"), program.measurements[m.measurement].name));
+        let rows: Vec<String> = rows.collect();
+        let _ = writeln!(out, "\nScenario `{}`: {}, seed {}", scenario.name, rows.join(", "), scenario.seed);
+    }
+    out
+}
+
+fn measurement_text(session: &Session, m: &Measurement) -> String {
+    let units = &session.program.units;
+    let mut out = String::new();
+    let counts = m.tape.counts();
+    let _ = writeln!(
+        out,
+        "\nMeasurement `{}`: {} operations per iteration, {} per row",
+        m.name, counts.per_iteration, counts.per_row
+    );
+    let mut grid = Grid::new(&[Align::Left, Align::Left, Align::Left]);
+    for key in &m.keys {
+        grid.row(["key", key, ""]);
+    }
+    for (k, input) in m.inputs.iter().enumerate() {
+        let column = column_unit(session, m, k);
+        let sigma = match input.sigma {
+            Some(sigma) => format!("{column} ± {}", significant(units.from_internal(sigma, input.unit), 4)),
+            None => unit(&column).to_owned(),
+        };
+        grid.row(["input", &input.name, &sigma]);
+    }
+    for residual in &m.residuals {
+        let symbol = units.symbol(residual.dimension);
+        let sigma = match residual.sigma {
+            Some(sigma) => format!("{symbol} ± {}", significant(units.to_reported(sigma, residual.dimension), 4)),
+            None => unit(&symbol).to_owned(),
+        };
+        grid.row(["residual", &residual.name, &sigma]);
+    }
+    for output in &m.outputs {
+        grid.row(["output", &output.name, unit(&units.symbol(output.dimension))]);
+    }
+    out.push_str(&grid.text("  "));
+    out
+}

@@ -1,0 +1,173 @@
+//! A fit as text: the verdict first, then what it rests on.
+
+use std::fmt::Write;
+
+use super::count;
+use super::number::{rounded, significant, with_sigma};
+use super::table::{Align, Grid};
+use crate::fit::{Estimate, Fit};
+use crate::problem::Weights;
+use crate::session::{Bound, UsedFile};
+
+/// Components of a null direction that are shown.
+const MOST_COMPONENTS: usize = 8;
+
+/// One sentence: trust it, or why not.
+pub fn verdict(fit: &Fit) -> String {
+    let verdict = fit.verdict();
+    if verdict.trustworthy() {
+        let all = match fit.parameters.len() {
+            0 => "nothing is free".to_owned(),
+            1 => "the only parameter is estimable".to_owned(),
+            n => format!("all {n} parameters estimable"),
+        };
+        format!("Trustworthy: converged, {all}")
+    } else {
+        format!("Not trustworthy: {}", verdict.reasons.join("; "))
+    }
+}
+
+/// The report of a calibration.
+pub fn fit_text(fit: &Fit, bound: &Bound) -> String {
+    let mut out = String::new();
+    let _ = writeln!(out, "{}\n", verdict(fit));
+    let _ = writeln!(out, "{} ({})", bound.session.program.name, bound.session.path.display());
+    for used in &bound.files {
+        let _ = writeln!(out, "  {}", rows(used));
+    }
+    let _ = writeln!(
+        out,
+        "  {}, {}, {}; rank of the data {}",
+        count(fit.equations, "equation", "equations"),
+        count(fit.parameters.len(), "free parameter", "free parameters"),
+        count(fit.priors, "prior", "priors"),
+        fit.rank
+    );
+    let _ = writeln!(out, "  {} ({})", fit.status, count(fit.iterations, "iteration", "iterations"));
+    let sigma0 = fit.sigma0.map_or("none".into(), |sigma0| significant(sigma0, 5));
+    let _ = writeln!(
+        out,
+        "  weights {}, sum of squares {}, degrees of freedom {}, sigma0 {sigma0}",
+        fit.weights.name(),
+        significant(fit.sum_of_squares, 6),
+        fit.dof
+    );
+    if let Some(chi) = &fit.chi_squared {
+        let _ = writeln!(
+            out,
+            "  chi-squared {} at {} degrees of freedom, probability of more {}",
+            significant(chi.value, 5),
+            chi.dof,
+            significant(chi.upper_tail, 2)
+        );
+    }
+    if !fit.parameters.is_empty() {
+        let _ = writeln!(out, "\nParameters ({})", uncertainty(fit));
+        out.push_str(&estimates(&fit.parameters));
+    }
+    if !fit.null_directions.is_empty() {
+        out.push_str("\nNot determined\n");
+        for found in &fit.null_directions {
+            let _ = writeln!(out, "  {}", direction(found));
+        }
+    }
+    if !fit.held.is_empty() {
+        out.push_str("\nHeld\n");
+        let mut grid = Grid::new(&[Align::Left, Align::Right, Align::Left]);
+        for held in &fit.held {
+            grid.row([held.name.clone(), significant(held.value, 10), unit(&held.unit).to_owned()]);
+        }
+        out.push_str(&grid.text("  "));
+    }
+    out.push_str("\nResiduals, root mean square\n");
+    let mut grid = Grid::new(&[Align::Left, Align::Right, Align::Left]);
+    for (name, rms, symbol) in &fit.residual_rms {
+        grid.row([name.clone(), rounded(*rms, 4), unit(symbol).to_owned()]);
+    }
+    out.push_str(&grid.text("  "));
+    out
+}
+
+/// What the sigmas are.
+fn uncertainty(fit: &Fit) -> &'static str {
+    match fit.weights {
+        Weights::Unit => "standard uncertainties from the scatter of the residuals",
+        Weights::Sigma => "standard uncertainties from the declared sigmas",
+    }
+}
+
+/// A line for each estimate.
+pub(super) fn estimates(parameters: &[Estimate]) -> String {
+    let mut grid = Grid::new(&[Align::Left, Align::Right, Align::Left, Align::Left, Align::Left]);
+    for p in parameters {
+        let (value, sigma) = match p.sigma {
+            Some(sigma) => {
+                let (value, sigma) = with_sigma(p.value, sigma);
+                (value, format!("± {sigma}"))
+            }
+            None => (significant(p.value, 7), String::new()),
+        };
+        let note = match (p.estimable, p.at_bound, p.sigma) {
+            (false, ..) => "not estimable",
+            (true, true, _) => "on its bound",
+            (true, false, None) => "no uncertainty: nothing tells the scale",
+            (true, false, Some(sigma)) if sigma > p.tolerance => "weaker than its tolerance",
+            _ => "",
+        };
+        grid.row([p.name.as_str(), &value, &sigma, unit(&p.unit), note]);
+    }
+    grid.text("  ")
+}
+
+/// A null direction in words.
+pub fn direction(combination: &[(String, f64)]) -> String {
+    let mut largest: Vec<&(String, f64)> = combination.iter().collect();
+    largest.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    let telling = largest.iter().take_while(|(_, w)| w * w > crate::fit::NOT_ESTIMABLE).count().max(1);
+    let names: Vec<&str> = largest.iter().take(telling.min(MOST_COMPONENTS)).map(|(name, _)| name.as_str()).collect();
+    let shown = largest.iter().take(MOST_COMPONENTS).take_while(|(_, w)| w.abs() >= 0.0005);
+    let mut terms: Vec<String> = shown.map(|(name, w)| format!("{w:+.3} {name}")).collect();
+    if terms.len() < largest.len() && largest.get(terms.len()).is_some_and(|(_, w)| w.abs() >= 0.0005) {
+        terms.push(format!("and {} more", largest.len() - terms.len()));
+    }
+    match &names[..] {
+        [] => "nothing is known of a combination".into(),
+        [alone] if terms.len() <= 1 => format!("{alone} cannot be known: no residual changes with it"),
+        [alone] => format!("{alone} cannot be known: no residual changes along {} (tolerance-scaled)", terms.join(" ")),
+        [first @ .., last] => {
+            let list = format!("{} and {last}", first.join(", "));
+            format!(
+                "{list} can only be known in combination: {} (tolerance-scaled) changes no residual",
+                terms.join(" ")
+            )
+        }
+    }
+}
+
+pub(super) fn rows(used: &UsedFile) -> String {
+    format!("{}: {} of {}", used.measurement, count(used.rows, "row", "rows"), used.file)
+}
+
+/// A plain number shows no unit.
+pub(super) fn unit(symbol: &str) -> &str {
+    if symbol == "1" { "" } else { symbol }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_are_told_in_words() {
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let of = |all: &[(&str, f64)]| direction(&all.iter().map(|(n, w)| ((*n).to_owned(), *w)).collect::<Vec<_>>());
+        assert_eq!(
+            of(&[("L1.a", 1e-6), ("L1.b", half), ("R1.b", half)]),
+            "L1.b and R1.b can only be known in combination: +0.707 L1.b +0.707 R1.b (tolerance-scaled) changes no residual"
+        );
+        assert_eq!(of(&[("J7.d", 1.0)]), "J7.d cannot be known: no residual changes with it");
+        assert_eq!(of(&[]), "nothing is known of a combination");
+        let many: Vec<(String, f64)> = (0..25).map(|k| (format!("p{k}"), 0.2)).collect();
+        assert!(direction(&many).contains("and 17 more"));
+    }
+}

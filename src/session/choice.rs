@@ -1,0 +1,131 @@
+//! Which files are read for which measurement.
+
+use std::path::{Path, PathBuf};
+
+use super::{Session, fingerprint};
+use crate::data::{self, Table};
+use crate::diag::{Code, Diagnostic, Diagnostics};
+use crate::model::{DataFile, DataRole};
+
+/// Which data are used: those of the model with a role, but for measurements that are given files of their own.
+#[derive(Clone, Debug, Default)]
+pub struct Choice {
+    /// Files by measurement, relative to the working directory; `-` is standard input. They take the place of the model's.
+    pub files: Vec<(String, String)>,
+    /// Which of the model's files are used otherwise.
+    pub role: DataRole,
+}
+
+/// A file that rows came from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UsedFile {
+    /// The measurement.
+    pub measurement: String,
+    /// The file, as given.
+    pub file: String,
+    /// Of its bytes; none for standard input.
+    pub fingerprint: Option<String>,
+    /// How many rows it has.
+    pub rows: usize,
+}
+
+/// Tables by measurement number, and where they are from.
+pub(super) struct Chosen {
+    pub(super) tables: Vec<(usize, Table)>,
+    pub(super) files: Vec<UsedFile>,
+}
+
+impl Choice {
+    /// Reads all files; `None` where anything is wrong with any.
+    pub(super) fn read(&self, session: &Session, diagnostics: &mut Diagnostics) -> Option<Chosen> {
+        let mut chosen = Chosen { tables: Vec::new(), files: Vec::new() };
+        let mut sound = true;
+        for (name, _) in &self.files {
+            if let Err(unknown) = session.measurement(name) {
+                diagnostics.push(*unknown);
+                sound = false;
+            }
+        }
+        if self.files.iter().filter(|(_, file)| file == data::STANDARD_INPUT).count() > 1 {
+            let message = "standard input can be read once only";
+            diagnostics
+                .push(Diagnostic::error(Code::UnreadableFile, message).hint("give one of the files by its name"));
+            return None;
+        }
+        for (index, measurement) in session.program.measurements.iter().enumerate() {
+            let own: Vec<&str> = self
+                .files
+                .iter()
+                .filter(|(name, _)| *name == measurement.name)
+                .map(|(_, file)| file.as_str())
+                .collect();
+            let (files, directory): (Vec<DataFile>, PathBuf) = if own.is_empty() {
+                let files = measurement.data.iter().filter(|file| file.role == self.role).cloned().collect();
+                (files, session.directory().to_owned())
+            } else {
+                let file = |&path: &&str| DataFile { file: path.into(), ..DataFile::default() };
+                (own.iter().map(file).collect(), PathBuf::new())
+            };
+            if files.is_empty() {
+                let alone = measurement.data.is_empty() && measurement.inputs.is_empty() && measurement.keys.is_empty();
+                if alone && self.role == DataRole::Calibrate {
+                    chosen.tables.push((index, single()));
+                }
+                continue;
+            }
+            match chosen.files_of(session, index, &files, &directory, diagnostics) {
+                Some(table) if table.rows() > 0 => chosen.tables.push((index, table)),
+                Some(_) => {
+                    let message = format!("measurement `{}` has no data and takes no part", measurement.name);
+                    let found = Diagnostic::warning(Code::DatasetAbsent, message);
+                    diagnostics.push(found.at(&session.program.source, measurement.span));
+                }
+                None => sound = false,
+            }
+        }
+        sound.then_some(chosen)
+    }
+}
+
+impl Chosen {
+    /// One table of all files of a measurement.
+    fn files_of(
+        &mut self,
+        session: &Session,
+        index: usize,
+        files: &[DataFile],
+        directory: &Path,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Table> {
+        let measurement = &session.program.measurements[index];
+        let mut table = Some(Table::new(measurement.keys.len(), measurement.inputs.len()));
+        for file in files {
+            let read = data::read(&session.program, index, std::slice::from_ref(file), directory, diagnostics);
+            let Some(part) = read else {
+                table = None;
+                continue;
+            };
+            if part.rows() > 0 {
+                let path = directory.join(&file.file.value);
+                let bytes = (file.file.value != data::STANDARD_INPUT).then(|| std::fs::read(&path).ok()).flatten();
+                self.files.push(UsedFile {
+                    measurement: measurement.name.clone(),
+                    file: file.file.value.clone(),
+                    fingerprint: bytes.map(|bytes| fingerprint(&bytes)),
+                    rows: part.rows(),
+                });
+            }
+            if let Some(table) = &mut table {
+                table.append(&part);
+            }
+        }
+        table
+    }
+}
+
+/// The only row of a measurement that reads nothing.
+fn single() -> Table {
+    let mut table = Table::new(0, 0);
+    table.push(&[], &[], None);
+    table
+}

@@ -1,0 +1,85 @@
+//! A problem that knows how long its evaluation takes, and says how far the search is.
+
+use std::cell::Cell;
+use std::time::{Duration, Instant};
+
+use crate::linalg::SquareRootInformation;
+use crate::solve::LeastSquares;
+
+/// Measures the time spent in the functions of a problem, and tells of every linearisation.
+pub struct Timed<'a, L> {
+    problem: &'a L,
+    spent: Cell<Duration>,
+    linearised: Cell<usize>,
+    cost: Cell<f64>,
+    progress: &'a dyn Fn(usize, f64),
+}
+
+impl<'a, L> Timed<'a, L> {
+    /// `progress` is called with the number of linearisations and the latest cost.
+    pub fn new(problem: &'a L, progress: &'a dyn Fn(usize, f64)) -> Self {
+        Timed { problem, spent: Cell::default(), linearised: Cell::default(), cost: Cell::new(f64::NAN), progress }
+    }
+
+    /// The time spent in the problem's functions.
+    pub fn spent(&self) -> Duration {
+        self.spent.get()
+    }
+
+    /// How often it was linearised.
+    pub fn linearised(&self) -> usize {
+        self.linearised.get()
+    }
+
+    fn timed<T>(&self, work: impl FnOnce() -> T) -> T {
+        let begun = Instant::now();
+        let result = work();
+        self.spent.set(self.spent.get() + begun.elapsed());
+        result
+    }
+}
+
+impl<L: LeastSquares> LeastSquares for Timed<'_, L> {
+    type Point = L::Point;
+    type Error = L::Error;
+
+    fn dimension(&self) -> usize {
+        self.problem.dimension()
+    }
+
+    fn cost(&self, q: &L::Point) -> Result<f64, L::Error> {
+        let cost = self.timed(|| self.problem.cost(q))?;
+        self.cost.set(cost);
+        Ok(cost)
+    }
+
+    fn linearise(&self, q: &L::Point) -> Result<SquareRootInformation, L::Error> {
+        self.linearised.set(self.linearised.get() + 1);
+        (self.progress)(self.linearised.get(), self.cost.get());
+        self.timed(|| self.problem.linearise(q))
+    }
+
+    fn retract(&self, q: &L::Point, delta: &[f64]) -> L::Point {
+        self.problem.retract(q, delta)
+    }
+
+    fn offset(&self, q: &L::Point) -> Vec<f64> {
+        self.problem.offset(q)
+    }
+
+    fn scale(&self) -> &[f64] {
+        self.problem.scale()
+    }
+
+    fn magnitude(&self, q: &L::Point) -> Vec<f64> {
+        self.problem.magnitude(q)
+    }
+
+    fn bounds(&self, q: &L::Point) -> (Vec<f64>, Vec<f64>) {
+        self.problem.bounds(q)
+    }
+
+    fn invisible(&self, q: &L::Point, at: &SquareRootInformation) -> Result<Vec<Vec<f64>>, L::Error> {
+        self.timed(|| self.problem.invisible(q, at))
+    }
+}
