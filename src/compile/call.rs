@@ -100,7 +100,8 @@ impl Scope<'_> {
             match value {
                 Value::Scalar(s, d) if d.compatible(*dimension) || self.graph.value(s) == Some(0.0) => readings.push(s),
                 Value::Scalar(_, d) => {
-                    let message = format!("the joint `{}` reads a {dimension}, and this is a {d}", joint.name);
+                    let message =
+                        format!("the joint `{}` reads {}, and this is {}", joint.name, dimension.noun(), d.noun());
                     return self.checked(Err(Mismatch::dimension(message)), expr, at);
                 }
                 other => {

@@ -119,7 +119,7 @@ fn scalar_operation(graph: &mut Graph, operation: Operation, arguments: &[Value]
             if !dx.without_angle().is_number() =>
         {
             let wanted = if row.dimensions == DimensionRule::OfAngle { "an angle" } else { "a plain number" };
-            return Err(Mismatch::dimension(format!("`{}` takes {wanted}, and this is a {dx}", row.name))
+            return Err(Mismatch::dimension(format!("`{}` takes {wanted}, and this is {}", row.name, dx.noun()))
                 .hint("divide by a quantity of the same kind"));
         }
         DimensionRule::OfAngle | DimensionRule::OfNumber => Dimension::NUMBER,
@@ -129,7 +129,7 @@ fn scalar_operation(graph: &mut Graph, operation: Operation, arguments: &[Value]
             Dimension::ANGLE
         }
         DimensionRule::Root => {
-            dx.sqrt().ok_or_else(|| Mismatch::dimension(format!("the root of a {dx} has no dimension")))?
+            dx.sqrt().ok_or_else(|| Mismatch::dimension(format!("the root of {} has no dimension", dx.noun())))?
         }
         _ if row.arity == 2 => common(graph, &arguments[0], &arguments[1], row.name)?,
         _ => dx,
@@ -150,7 +150,7 @@ pub(crate) fn common(graph: &mut Graph, a: &Value, b: &Value, what: &str) -> Res
         return Ok(da);
     }
     if !da.compatible(db) {
-        return Err(Mismatch::dimension(format!("`{what}` of a {da} and a {db}")));
+        return Err(Mismatch::dimension(format!("`{what}` of {} and {}", da.noun(), db.noun())));
     }
     Ok(if da.is_number() { db } else { da })
 }
@@ -212,7 +212,7 @@ fn turn(graph: &mut Graph, arguments: &[Value], axis: Axis) -> Checked {
     let name = ["rotation_x", "rotation_y", "rotation_z"][axis.index()];
     match arguments[0] {
         Value::Scalar(s, d) if d.without_angle().is_number() => Ok(Value::Rotation(graph.turn(axis, s))),
-        Value::Scalar(_, d) => Err(Mismatch::dimension(format!("`{name}` takes an angle, and this is a {d}"))),
+        Value::Scalar(_, d) => Err(Mismatch::dimension(format!("`{name}` takes an angle, and this is {}", d.noun()))),
         ref other => Err(wrong(name, "an angle", other)),
     }
 }
@@ -220,7 +220,9 @@ fn turn(graph: &mut Graph, arguments: &[Value], axis: Axis) -> Checked {
 fn rotation_vector(graph: &mut Graph, arguments: &[Value]) -> Checked {
     match arguments[0] {
         Value::Vector(v, d) if d.without_angle().is_number() => Ok(Value::Rotation(graph.exp_rotation(v))),
-        Value::Vector(_, d) => Err(Mismatch::dimension(format!("`rotation_vector` takes angles, and this is a {d}"))),
+        Value::Vector(_, d) => {
+            Err(Mismatch::dimension(format!("`rotation_vector` takes angles, and this is {}", d.noun())))
+        }
         ref other => Err(wrong("rotation_vector", "a vector of angles", other)),
     }
 }
@@ -231,7 +233,7 @@ fn quaternion(graph: &mut Graph, arguments: &[Value]) -> Checked {
         match *argument {
             Value::Scalar(s, d) if d.is_number() => nodes.push(s),
             Value::Scalar(_, d) => {
-                return Err(Mismatch::dimension(format!("`quaternion` takes plain numbers, and this is a {d}")));
+                return Err(Mismatch::dimension(format!("`quaternion` takes plain numbers, and this is {}", d.noun())));
             }
             ref other => return Err(wrong("quaternion", "four scalars", other)),
         }

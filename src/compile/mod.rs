@@ -116,12 +116,12 @@ pub fn compile(model: &Model, source: &Arc<Source>, extra: &[String]) -> Result<
 }
 
 /// A constant of a wanted dimension from text outside the model, such as `0.2 mm`, in internal units. A bare number counts in
-/// the model's unit.
+/// the model's unit; `what` says whose value it is.
 ///
 /// # Errors
 /// What is wrong with the text.
-pub fn quantity(program: &Program, text: &str, wanted: Dimension) -> Result<f64, Diagnostics> {
-    let source = Source::new("value", text);
+pub fn quantity(program: &Program, what: &str, text: &str, wanted: Dimension) -> Result<f64, Diagnostics> {
+    let source = Source::new(what, text);
     let quantities = Quantities::of_units(program.units, &source);
     let span = Span::new(0, text.len());
     let text = Text { value: text.to_owned(), span, exact: true };

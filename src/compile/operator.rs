@@ -141,15 +141,15 @@ fn power(graph: &mut Graph, a: Value, b: Value) -> Checked {
         return Err(Mismatch::shape(format!("`^` takes scalars, and these are {} and {}", a.shape(), b.shape())));
     };
     if !dn.without_angle().is_number() {
-        return Err(Mismatch::dimension(format!("an exponent is a plain number, and this is a {dn}")));
+        return Err(Mismatch::dimension(format!("an exponent is a plain number, and this is {}", dn.noun())));
     }
     let dimension = match graph.value(n) {
         Some(value) => dx
             .pow(value)
             .or_else(|| dx.without_angle().is_number().then_some(Dimension::NUMBER))
-            .ok_or_else(|| Mismatch::dimension(format!("a {dx} to the power {value} has no dimension")))?,
+            .ok_or_else(|| Mismatch::dimension(format!("{} to the power {value} has no dimension", dx.noun())))?,
         None if dx.without_angle().is_number() => Dimension::NUMBER,
-        None => return Err(Mismatch::dimension(format!("a {dx} takes a constant exponent only"))),
+        None => return Err(Mismatch::dimension(format!("{} takes a constant exponent only", dx.noun()))),
     };
     Ok(Value::Scalar(graph.pow(x, n), dimension))
 }

@@ -86,7 +86,7 @@ impl Quantities {
         if dimension == wanted || (wanted.is_number() && dimension.compatible(wanted)) {
             return Some(value);
         }
-        let message = format!("a {wanted} is wanted here, and this is a {dimension}");
+        let message = format!("{} is wanted here, and this is {}", wanted.noun(), dimension.noun());
         diagnostics.push(Diagnostic::error(Code::WrongUnit, message).at(&self.source, quantity.span()));
         None
     }

@@ -78,7 +78,7 @@ fn distribution(
             let (value, found) = quantities.any(quantity, diagnostics)?;
             let first = *dimension.get_or_insert(found);
             if first != found && value != 0.0 {
-                let message = format!("a {first} is wanted here, and this is a {found}");
+                let message = format!("{} is wanted here, and this is {}", first.noun(), found.noun());
                 diagnostics.push(
                     crate::diag::Diagnostic::error(Code::WrongUnit, message).at(&quantities.source, quantity.span()),
                 );
@@ -202,8 +202,10 @@ impl Builder<'_> {
             let input = self.input(&name.value);
             let wanted = input.map(|i| (self.inputs[i].unit.dimension, Some(self.inputs[i].unit)));
             let Some((distribution, dimension)) = distribution(draw, wanted, self.quantities, diagnostics) else {
-                if input.is_none() {
-                    scope.bind(&name.value, Binding::Broken);
+                // reported: nothing that follows from it is
+                match input {
+                    Some(variable) => draws.push((variable, Distribution::Constant(0.0))),
+                    None => scope.bind(&name.value, Binding::Broken),
                 }
                 continue;
             };
@@ -249,7 +251,8 @@ impl Builder<'_> {
                     match scope.value(&snippet)? {
                         Value::Scalar(s, d) if d.compatible(wanted.dimension) || scope.graph.value(s) == Some(0.0) => s,
                         Value::Scalar(_, d) => {
-                            let message = format!("`{}` is a {}, and this is a {d}", name.value, wanted.dimension);
+                            let message =
+                                format!("`{}` is {}, and this is {}", name.value, wanted.dimension.noun(), d.noun());
                             diagnostics.push(snippet.whole(Code::WrongDimension, message));
                             return None;
                         }

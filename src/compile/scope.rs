@@ -252,7 +252,8 @@ impl<'d> Scope<'d> {
             Symbol::Tie(snippet, wanted) | Symbol::Definition(snippet, wanted) => {
                 if self.expanding.iter().any(|outer| outer == name) {
                     let message = format!("`{name}` depends on itself");
-                    self.diagnostics.push(snippet.whole(Code::Circular, message));
+                    let hint = "give one of those it leads to a value of its own";
+                    self.diagnostics.push(snippet.whole(Code::Circular, message).hint(hint));
                     None
                 } else {
                     self.expanding.push(name.to_owned());
@@ -283,8 +284,10 @@ impl<'d> Scope<'d> {
                 Some(Value::Scalar(s, wanted))
             }
             Value::Scalar(_, d) => {
-                self.diagnostics
-                    .push(snippet.whole(Code::WrongDimension, format!("a {wanted} is wanted, and this is a {d}")));
+                self.diagnostics.push(
+                    snippet
+                        .whole(Code::WrongDimension, format!("{} is wanted, and this is {}", wanted.noun(), d.noun())),
+                );
                 None
             }
             other => {

@@ -237,7 +237,9 @@ fn warnings(fit: &Fit, n: usize, projected: bool) -> Diagnostics {
         warnings.push(Diagnostic::warning(Code::StartProjected, "the start was moved into its bounds"));
     }
     if fit.equations + fit.priors < n {
-        let message = format!("{} equations and {} priors cannot determine {n} parameters", fit.equations, fit.priors);
+        let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+        let (equations, priors) = (count(fit.equations, "equation"), count(fit.priors, "prior"));
+        let message = format!("{equations} and {priors} cannot determine {}", count(n, "parameter"));
         warnings.push(
             Diagnostic::warning(Code::Underdetermined, message)
                 .hint("measure more rows, or hold parameters with `--fix`"),

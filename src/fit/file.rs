@@ -50,11 +50,8 @@ impl FitFile {
                 })
             })
             .collect();
-        let rms: Map<String, Value> = fit
-            .residual_rms
-            .iter()
-            .map(|(name, rms, unit)| (name.clone(), json!({"value": rms, "unit": unit})))
-            .collect();
+        let rms: Map<String, Value> = fit.residual_rms.iter().map(|(name, rms, _)| (name.clone(), json!(rms))).collect();
+        let units: Map<String, Value> = fit.residual_rms.iter().map(|(name, _, unit)| (name.clone(), json!(unit))).collect();
         json!({
             "status": fit.status.name(),
             "converged": fit.status.converged(),
@@ -76,6 +73,7 @@ impl FitFile {
             "correlations": correlations(fit),
             "singular_values": fit.singular_values,
             "residual_rms": rms,
+            "residual_units": units,
             "trace": trace,
             "timings_ns": self.timings,
             "warnings": diagnostics_json(&fit.warnings),

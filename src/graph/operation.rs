@@ -136,13 +136,18 @@ operations! {
     Atan2 "atan2" true 2 QuotientToAngle |y, x| y.atan2(x.clone());
         defined |y, x| y != 0.0 || x != 0.0; smooth |_, _| true; "where its arguments are not both zero"
     /// |x|
-    Abs "abs" true 1 Same |x, _y| if x.re() < 0.0 { -x.clone() } else { x.clone() };
+    Abs "abs" true 1 Same |x, _y| match x.re() {
+            re if re < 0.0 => -x.clone(),
+            re if re > 0.0 => x.clone(),
+            // zero, with no derivative
+            _ => (x.clone() * x).sqrt(),
+        };
         defined |_, _| true; smooth |x, _| x != 0.0; "everywhere, with a corner at zero"
     /// x brought into (−π, π] by whole turns
     Wrap "wrap" true 1 Same |x, _y| x.clone() - turns(x.re());
         defined |x, _| x.is_finite(); smooth |_, _| true; "everywhere"
     /// x, refused below y: how a function says where it ends
-    AtLeast "at_least" true 2 Same |x, _y| x.clone();
+    AtLeast "at_least" true 2 Same |x, y| if x.re() >= y.re() { x.clone() } else { T::from(f64::NAN) };
         defined |x, y| x >= y; smooth |_, _| true; "where its first argument reaches the second"
     /// Stumpff's function c_y(x), y a whole constant: exact rotations at angle zero
     Stumpff "stumpff" false 2 OfNumber |x, k| stumpff(k.re() as u32, x);

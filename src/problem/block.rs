@@ -241,7 +241,7 @@ impl<'p> Block<'p> {
 
 fn arguments(undefined: &crate::graph::Undefined) -> String {
     match undefined.operation.row().arity {
-        1 => format!("{}", undefined.x),
-        _ => format!("({}, {})", undefined.x, undefined.y),
+        1 => format!("{:?}", undefined.x),
+        _ => format!("({:?}, {:?})", undefined.x, undefined.y),
     }
 }

@@ -50,7 +50,7 @@ impl Selection {
                 let coordinate = &mut layout.coordinates[c];
                 coordinate.role = Role::Held;
                 if let Some(text) = value {
-                    match compile::quantity(program, text, coordinate.dimension) {
+                    match compile::quantity(program, &format!("value of {name}"), text, coordinate.dimension) {
                         Ok(value) => point[c] = value,
                         Err(mistakes) => diagnostics.extend(mistakes),
                     }

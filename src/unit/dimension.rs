@@ -124,6 +124,13 @@ impl Dimension {
         self.without_angle() == other.without_angle()
     }
 
+    /// With its article: `a length`, `an angle`.
+    pub fn noun(self) -> String {
+        let name = self.to_string();
+        let article = if name.starts_with('a') { "an" } else { "a" };
+        format!("{article} {name}")
+    }
+
     /// The product with one symbol per base dimension: `mm/s^2`, `1/s`, `m^0.5`; `number` where nothing is left.
     pub(super) fn write(self, symbols: [&str; 5], number: &str) -> String {
         let mut over = String::new();
