@@ -26,7 +26,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`diag`] | mistakes and warnings with codes, places and cures |
-//! | [`unit`] | units and dimensions |
+//! | [`unit`](mod@unit) | units and dimensions |
 //! | [`lang`] | the language of residuals: text to tree |
 //! | [`model`] | what the file says, and the reference of its language |
 //! | [`graph`] | scalars, vectors and motions as a graph, lowered to tapes |

@@ -37,7 +37,7 @@ pub(super) fn fix(text: &str) -> Result<(String, Option<String>), String> {
 /// What is freed and what is held.
 #[derive(Debug, Args)]
 pub(super) struct Chosen {
-    /// Hold a parameter, at a value with its unit or else where it starts [P: L1.b, target, socket[front/0].x, socket[*]]
+    /// Hold a parameter, or a member or all of a family: at a value with its unit, or else where it starts
     #[arg(long, value_name = "P[=V]", value_parser = fix)]
     pub(super) fix: Vec<(String, Option<String>)>,
     /// Release a parameter that the model holds

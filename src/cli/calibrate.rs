@@ -6,11 +6,10 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use super::arguments::{Chosen, Solver, Weighting, collect, data};
-use super::output::Output;
 use super::progress::Progress;
 use super::{Format, Outcome, pretty};
+use crate::data::Output;
 use crate::diag::Diagnostics;
-use crate::model::DataRole;
 use crate::problem::Options;
 use crate::report::fit_text;
 use crate::session::{Choice, Session, Values, calibrate};
@@ -53,7 +52,7 @@ impl Calibrate {
             }
         };
         let options = Options { weights, selection: self.chosen.selection(start.as_ref()) };
-        let choice = Choice { files: self.data.clone(), role: DataRole::Calibrate };
+        let choice = Choice { files: self.data.clone(), ..Choice::default() };
         let bound = session.bind(&choice, &options)?;
         let out = self.out.as_deref().map(Output::open).transpose().map_err(|found| Diagnostics::from(*found))?;
 
@@ -65,7 +64,7 @@ impl Calibrate {
         let fit = &calibration.fit;
         let json = || calibration.file.json(fit);
         if let Some(out) = out {
-            out.finish(&pretty(&json())).map_err(|found| Diagnostics::from(*found))?;
+            out.finish(|out| out.write_all(pretty(&json()).as_bytes())).map_err(|found| Diagnostics::from(*found))?;
         }
         let outcome = Outcome::new(format, || fit_text(fit, &bound), json);
         Ok(outcome.trusted(fit.verdict().trustworthy()).warned(fit.warnings.clone()))

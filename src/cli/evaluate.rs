@@ -20,7 +20,7 @@ pub(super) struct Evaluate {
     /// The values: a fit, or a JSON object of name and value [default: the nominal values]
     #[arg(long, value_name = "FIT.json")]
     fit: Option<String>,
-    /// A file of data instead of the model's own; `-` is standard input
+    /// A file of data, `-` is standard input; only measurements named so are evaluated [default: the model's own]
     #[arg(long, value_name = "M=FILE", value_parser = data)]
     data: Vec<(String, String)>,
     /// Use the files that the model keeps out of the fit
@@ -43,7 +43,7 @@ impl Evaluate {
         };
         let options = Options { weights, selection: Selection { start: given.clone(), ..Selection::default() } };
         let role = if self.check { DataRole::Check } else { DataRole::Calibrate };
-        let mut bound = session.bind(&Choice { files: self.data, role }, &options)?;
+        let mut bound = session.bind(&Choice { files: self.data, role, given_only: true }, &options)?;
         let mut stop = |found: Diagnostic| {
             let mut all = std::mem::take(&mut bound.warnings);
             all.push(found);

@@ -8,7 +8,6 @@ use super::arguments::{Chosen, data};
 use super::{Format, Outcome};
 use crate::diag::{Code, Diagnostics};
 use crate::evaluate::{jacobians, point};
-use crate::model::DataRole;
 use crate::problem::{Options, Undefined, Weights};
 use crate::report::{jacobian_json, jacobian_text};
 use crate::session::{Choice, Session, Values};
@@ -32,7 +31,7 @@ impl Jacobian {
         let session = Session::open(&self.model, &[])?;
         let at = self.at.as_deref().map(Values::read).transpose().map_err(|found| Diagnostics::from(*found))?;
         let options = Options { weights: Some(Weights::Unit), selection: self.chosen.selection(at.as_ref()) };
-        let mut bound = session.bind(&Choice { files: self.data, role: DataRole::Calibrate }, &options)?;
+        let mut bound = session.bind(&Choice { files: self.data, given_only: true, ..Choice::default() }, &options)?;
         // values are taken as they are, whatever the bounds of a fit
         bound.warnings.0.retain(|warning| warning.code != Code::StartProjected);
         let given = at.as_ref().map(|values| values.values.as_slice()).unwrap_or_default();

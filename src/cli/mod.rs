@@ -1,6 +1,6 @@
 //! The command line: arguments in, one text out, and an exit code.
 //!
-//! A subcommand is a file here. Each parses its arguments, calls the library, and returns an [`Outcome`]; [`run`] alone
+//! A subcommand is a file here. Each parses its arguments, calls the library, and returns an `Outcome`; [`run`] alone
 //! writes. Results go to standard output, everything else to standard error.
 //!
 //! | exit code | meaning |
@@ -15,7 +15,6 @@ mod check;
 mod evaluate;
 mod explain;
 mod jacobian;
-mod output;
 mod progress;
 mod simulate;
 

@@ -6,9 +6,8 @@ use clap::Args;
 use serde_json::{Map, Value, json};
 
 use super::arguments::{collect, rows};
-use super::output::{Output, directory};
 use super::{Format, Outcome, pretty};
-use crate::data;
+use crate::data::{self, Output, make_directory};
 use crate::diag::{Code, DataPlace, Diagnostic, Diagnostics};
 use crate::session::Session;
 use crate::simulate::{Options, simulate};
@@ -56,7 +55,7 @@ impl Simulate {
         };
         let simulated = simulate(program, scenario, &options).map_err(|found| Diagnostics::from(*found))?;
 
-        directory(&self.out).map_err(|found| Diagnostics::from(*found))?;
+        make_directory(&self.out).map_err(|found| Diagnostics::from(*found))?;
         let mut files = Vec::new();
         for (index, table) in &simulated.tables {
             let name = &program.measurements[*index].name;
@@ -69,7 +68,7 @@ impl Simulate {
         let truth = Value::Object(truth);
         let truth_file = self.out.join("truth.json");
         Output::open(&truth_file)
-            .and_then(|out| out.finish(&pretty(&truth)))
+            .and_then(|out| out.finish(|out| out.write_all(pretty(&truth).as_bytes())))
             .map_err(|found| Diagnostics::from(*found))?;
 
         let seed = options.seed.unwrap_or(scenario.seed);

@@ -1,7 +1,7 @@
 //! A column of readings as a file has it, and the numbers that phical computes with.
 
 use crate::compile::Input;
-use crate::unit::{Base, TABLE, Unit, Units};
+use crate::unit::{Base, TABLE, Unit, Units, nearest};
 
 /// Converts between what stands in a column and internal units, from which the column's bias is subtracted.
 #[derive(Clone, Copy, Debug)]
@@ -35,26 +35,6 @@ impl Column {
     pub fn rounded(&self, reading: f64) -> f64 {
         self.to_internal(self.from_internal(reading))
     }
-}
-
-/// The double within a few steps of `guess` that `of` takes nearest to `wanted`.
-pub(super) fn nearest(guess: f64, wanted: f64, of: impl Fn(f64) -> f64) -> f64 {
-    const STEPS: usize = 4;
-    let error = |value: f64| (of(value) - wanted).abs();
-    let (mut best, mut least) = (guess, error(guess));
-    let (mut down, mut up) = (guess, guess);
-    for _ in 0..STEPS {
-        if least == 0.0 {
-            break;
-        }
-        (down, up) = (down.next_down(), up.next_up());
-        for value in [down, up] {
-            if error(value) < least {
-                (best, least) = (value, error(value));
-            }
-        }
-    }
-    best
 }
 
 /// What a unit is called.

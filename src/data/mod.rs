@@ -12,6 +12,7 @@ mod column;
 mod csv;
 mod heading;
 mod lines;
+mod output;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -19,5 +20,6 @@ mod write;
 
 pub use self::csv::{STANDARD_INPUT, read};
 pub use column::Column;
+pub use output::{Output, make_directory};
 pub use table::Table;
 pub use write::{write, write_to};

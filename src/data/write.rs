@@ -1,16 +1,16 @@
 //! From a table to a file.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::Path;
 
 use csv::WriterBuilder;
 
-use super::column::{Column, nearest};
+use super::column::Column;
+use super::output::Output;
 use super::table::Table;
 use crate::compile::Program;
-use crate::diag::{Code, DataPlace, Diagnostic};
-use crate::unit::parse_dms;
+use crate::diag::Diagnostic;
+use crate::unit::{nearest, parse_dms};
 
 /// Writes a table as CSV: a heading, then each row with its names and, in the columns' own units, its readings.
 ///
@@ -19,36 +19,9 @@ use crate::unit::parse_dms;
 ///
 /// # Errors
 ///
-/// [`Code::CannotWrite`] where the file cannot be written, or a reading is not finite.
+/// [`CannotWrite`](crate::diag::Code::CannotWrite) where the file cannot be written, or a reading is not finite.
 pub fn write(program: &Program, measurement: usize, table: &Table, path: &Path) -> Result<(), Box<Diagnostic>> {
-    whole(path, |out| write_to(program, measurement, table, out)).map_err(|error| {
-        let name = path.display().to_string();
-        let found = Diagnostic::error(Code::CannotWrite, format!("`{name}` cannot be written: {error}"));
-        Box::new(found.at_data(DataPlace::file(name)))
-    })
-}
-
-/// Has a file written beside its place and then moved there. What is there and no plain file is written into.
-fn whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    if path.metadata().is_ok_and(|there| !there.is_file() && !there.is_dir()) {
-        let mut out = BufWriter::new(File::options().write(true).open(path)?);
-        write(&mut out)?;
-        return out.flush();
-    }
-    let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        // as any new file: what the umask leaves of it
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    let mut file = builder.prefix(".").suffix(".part").tempfile_in(directory)?;
-    let mut out = BufWriter::new(file.as_file_mut());
-    write(&mut out)?;
-    out.flush()?;
-    drop(out);
-    file.persist(path).map(drop).map_err(|error| error.error)
+    Output::open(path)?.finish(|out| write_to(program, measurement, table, out))
 }
 
 /// Writes a table as CSV.

@@ -60,8 +60,8 @@ fn of_block(problem: &Problem, block: &Block, point: &[f64]) -> Result<Jacobian,
         jacobian.rows.push(readings.map(|(&value, i)| units.to_reported(value, i.unit.dimension)).collect());
     }
     block.jacobians(&problem.layout, point, &problem.places(), None, |found| {
-        for i in 0..m {
-            let factor = residual[i] / block.weights[i];
+        for (i, (residual, weight)) in residual.iter().zip(&block.weights).enumerate() {
+            let factor = residual / weight;
             jacobian.r[found.row][i] = found.residuals[i] * factor;
             let derivatives = &found.derivatives[i * found.columns.len()..];
             for (&place, &derivative) in found.columns.iter().zip(derivatives) {

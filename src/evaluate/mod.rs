@@ -12,7 +12,7 @@ pub use members::{Members, unseen};
 pub use statistics::Statistics;
 
 use crate::compile::Role;
-use crate::problem::{Block, Problem, Undefined};
+use crate::problem::{Block, Problem, Quantities, Undefined};
 use statistics::Running;
 
 /// What the values say of all data.
@@ -82,7 +82,7 @@ fn of_block(problem: &Problem, block: &Block, point: &[f64]) -> Result<Evaluated
     let triples = triples(measurement);
     let mut each = vec![Running::default(); measurement.residuals.len()];
     let mut lengths = vec![Running::default(); triples.len()];
-    block.values(&measurement.tape, &problem.layout, point, |row, values| {
+    block.values(Quantities::Residuals, &problem.layout, point, |row, values| {
         for (running, &value) in each.iter_mut().zip(values) {
             running.push(row, value);
         }
@@ -101,7 +101,7 @@ fn of_block(problem: &Problem, block: &Block, point: &[f64]) -> Result<Evaluated
 
     let mut values = vec![vec![0.0; rows]; measurement.outputs.len()];
     if !values.is_empty() {
-        block.values(&measurement.output_tape, &problem.layout, point, |row, found| {
+        block.values(Quantities::Outputs, &problem.layout, point, |row, found| {
             for ((column, &value), output) in values.iter_mut().zip(found).zip(&measurement.outputs) {
                 column[row] = units.to_reported(value, output.dimension);
             }

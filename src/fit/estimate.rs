@@ -6,7 +6,7 @@ use super::covariance::Covariance;
 use super::verdict::Verdict;
 use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::linalg::Bound;
-use crate::problem::{Problem, Undefined, Weights};
+use crate::problem::{Problem, Quantities, Undefined, Weights};
 use crate::solve::{Iteration, Solution, Status, null_space};
 
 /// A parameter is not estimable where its squared share of the tolerance-scaled null space exceeds this.
@@ -213,7 +213,7 @@ fn residual_rms(problem: &Problem, q: &[f64]) -> Result<Vec<(String, f64, String
     for block in &problem.blocks {
         let residuals = &block.measurement.residuals;
         let mut sums = vec![0.0; residuals.len()];
-        block.values(&block.measurement.tape, &problem.layout, q, |_, values| {
+        block.values(Quantities::Residuals, &problem.layout, q, |_, values| {
             for (sum, value) in sums.iter_mut().zip(values) {
                 *sum += value * value;
             }

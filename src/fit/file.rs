@@ -50,8 +50,10 @@ impl FitFile {
                 })
             })
             .collect();
-        let rms: Map<String, Value> = fit.residual_rms.iter().map(|(name, rms, _)| (name.clone(), json!(rms))).collect();
-        let units: Map<String, Value> = fit.residual_rms.iter().map(|(name, _, unit)| (name.clone(), json!(unit))).collect();
+        let rms: Map<String, Value> =
+            fit.residual_rms.iter().map(|(name, rms, _)| (name.clone(), json!(rms))).collect();
+        let units: Map<String, Value> =
+            fit.residual_rms.iter().map(|(name, _, unit)| (name.clone(), json!(unit))).collect();
         json!({
             "status": fit.status.name(),
             "converged": fit.status.converged(),

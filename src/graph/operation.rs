@@ -133,7 +133,7 @@ operations! {
     Atan "atan" true 1 ToAngle |x, _y| x.atan();
         defined |_, _| true; smooth |_, _| true; "everywhere"
     /// the angle of the point (y, x): first argument over second, all four quadrants
-    Atan2 "atan2" true 2 QuotientToAngle |y, x| y.atan2(x.clone());
+    Atan2 "atan2" true 2 QuotientToAngle |y, x| angle(y, x);
         defined |y, x| y != 0.0 || x != 0.0; smooth |_, _| true; "where its arguments are not both zero"
     /// |x|
     Abs "abs" true 1 Same |x, _y| match x.re() {
@@ -146,7 +146,7 @@ operations! {
     /// x brought into (−π, π] by whole turns
     Wrap "wrap" true 1 Same |x, _y| x.clone() - turns(x.re());
         defined |x, _| x.is_finite(); smooth |_, _| true; "everywhere"
-    /// x, refused below y: how a function says where it ends
+    /// x, and not a number below y: how a function says where it ends
     AtLeast "at_least" true 2 Same |x, y| if x.re() >= y.re() { x.clone() } else { T::from(f64::NAN) };
         defined |x, y| x >= y; smooth |_, _| true; "where its first argument reaches the second"
     /// Stumpff's function c_y(x), y a whole constant: exact rotations at angle zero
@@ -189,6 +189,18 @@ fn power<T: Number>(x: &T, n: i32) -> T {
     result.unwrap_or_else(|| T::from(1.0))
 }
 
+/// The angle of the point (y, x), with derivatives at quarter turns too, where that of arctan(y/x) is lost: the angle of its
+/// value, plus that of the point turned back by it, which is (0, r) but for derivatives.
+fn angle<T: Number>(y: &T, x: &T) -> T {
+    let (y0, x0) = (y.re(), x.re());
+    let length = y0.hypot(x0);
+    let (sin, cos) = (y0 / length, x0 / length);
+    let along = x.clone() * cos + y.clone() * sin;
+    let across = y.clone() * cos - x.clone() * sin;
+    let value = across.re();
+    ((across - value) / along).atan() + y0.atan2(x0)
+}
+
 /// The whole turns to take from x so that the rest is in (−π, π].
 fn turns(x: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
@@ -198,6 +210,7 @@ fn turns(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use num_dual::Dual2_64;
 
     #[test]
     fn the_table_is_in_the_order_of_the_enum() {
@@ -212,6 +225,32 @@ mod tests {
         assert_eq!(power(&3.0, 5), 243.0);
         assert_eq!(power(&2.0, -2), 0.25);
         assert_eq!(power(&0.0, 0), 1.0);
+    }
+
+    #[test]
+    fn the_angle_of_a_point_has_derivatives_all_around() {
+        for k in 0..16 {
+            // (x, y) itself is exact on the axes
+            let (y, x) =
+                [(0.0, 2.0), (1.5, 2.0), (3.0, 0.0), (2.0, -0.5), (0.0, -1.0), (-1.0, -3.0), (-0.25, 0.0), (-3.0, 1.0)]
+                    [k % 8];
+            let (along_y, along_x) = (f64::from(u8::from(k < 8)), f64::from(u8::from(k >= 8)));
+            let dual = |value, first| Dual2_64::new(value, first, 0.0);
+            let found = Operation::Atan2.apply(&dual(y, along_y), &dual(x, along_x));
+            let square = x * x + y * y;
+            // θ′ = (x ẏ − y ẋ)/r², and θ″ = −θ′ (r²)′/r²
+            let first = (x * along_y - y * along_x) / square;
+            let second = -first * 2.0 * (x * along_x + y * along_y) / square;
+            assert_eq!(found.re, y.atan2(x));
+            assert!((found.v1 - first).abs() < 1e-15 && (found.v2 - second).abs() < 1e-14, "({y}, {x}): {found:?}");
+        }
+    }
+
+    #[test]
+    fn below_the_least_there_is_no_number() {
+        assert_eq!(Operation::AtLeast.apply(&1.0, &1.0), 1.0);
+        assert!(Operation::AtLeast.apply(&0.5f64, &1.0).is_nan());
+        assert!(Operation::AtLeast.apply(&Dual2_64::from(0.5), &Dual2_64::from(1.0)).re.is_nan());
     }
 
     #[test]

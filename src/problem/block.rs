@@ -6,7 +6,7 @@ use super::layout::Layout;
 use super::solving::Undefined;
 use crate::compile::{Measurement, Program, Slot};
 use crate::data::Table;
-use crate::diag::{Code, Diagnostic};
+use crate::diag::{Code, DataPlace, Diagnostic};
 use crate::eval::{Evaluator, Leaf};
 use crate::graph::Tape;
 
@@ -25,6 +25,15 @@ pub struct Block<'p> {
     combinations: Vec<Vec<usize>>,
     /// The combination of each row.
     combination: Vec<u32>,
+}
+
+/// Which of a measurement's quantities.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantities {
+    /// what should vanish
+    Residuals,
+    /// what is derived
+    Outputs,
 }
 
 /// A row's whitened residuals and their derivatives by the free coordinates it touches.
@@ -114,17 +123,18 @@ impl<'p> Block<'p> {
         runs
     }
 
-    /// Calls `visit(row, outputs)` for every row of a tape that has the measurement's leaves and inputs.
+    /// Calls `visit(row, values)` for every row, with residuals (not whitened) or outputs.
     ///
     /// # Errors
     /// Where an output is not a number.
     pub fn values(
         &self,
-        tape: &Tape,
+        what: Quantities,
         layout: &Layout,
         point: &[f64],
         mut visit: impl FnMut(usize, &[f64]),
     ) -> Result<(), Undefined> {
+        let tape = self.tape(what);
         let mut values = vec![0.0; tape.outputs()];
         for (combination, rows) in self.runs().into_iter().enumerate() {
             let mut evaluator = Evaluator::new(tape, Vec::new());
@@ -132,7 +142,7 @@ impl<'p> Block<'p> {
             for row in rows {
                 evaluator.values(self.table.row(row), &mut values);
                 if values.iter().any(|value| !value.is_finite()) {
-                    return Err(self.undefined(&mut evaluator, self.table.row(row), row, false));
+                    return Err(self.undefined(&mut evaluator, self.table.row(row), row, what, false));
                 }
                 visit(row, &values);
             }
@@ -169,7 +179,7 @@ impl<'p> Block<'p> {
                 };
                 evaluator.row(inputs, &mut values, &mut derivatives);
                 if values.iter().chain(&derivatives).any(|value| !value.is_finite()) {
-                    return Err(self.undefined(&mut evaluator, inputs, row, true));
+                    return Err(self.undefined(&mut evaluator, inputs, row, Quantities::Residuals, true));
                 }
                 for (i, &weight) in self.weights.iter().enumerate() {
                     values[i] *= weight;
@@ -207,12 +217,42 @@ impl<'p> Block<'p> {
         }
     }
 
-    fn undefined(&self, evaluator: &mut Evaluator, inputs: &[f64], row: usize, derivatives: bool) -> Undefined {
+    fn tape(&self, what: Quantities) -> &'p Tape {
+        match what {
+            Quantities::Residuals => &self.measurement.tape,
+            Quantities::Outputs => &self.measurement.output_tape,
+        }
+    }
+
+    /// What a number of a tape is called.
+    fn name(&self, what: Quantities, index: usize) -> Option<String> {
+        match what {
+            Quantities::Residuals => self.measurement.residuals.get(index).map(|r| format!("residual `{}`", r.name)),
+            Quantities::Outputs => self.measurement.outputs.get(index).map(|o| format!("output `{}`", o.name)),
+        }
+    }
+
+    fn undefined(
+        &self,
+        evaluator: &mut Evaluator,
+        inputs: &[f64],
+        row: usize,
+        what: Quantities,
+        derivatives: bool,
+    ) -> Undefined {
+        if let Some(k) = inputs.iter().position(|reading| !reading.is_finite()) {
+            let (measurement, input) = (&self.measurement.name, &self.measurement.inputs[k].name);
+            let message =
+                format!("measurement `{measurement}`, row {}: the reading `{input}` is {}", row + 1, inputs[k]);
+            let place = DataPlace { column: Some(input.clone()), ..self.table.place(row) };
+            let diagnostic = Diagnostic::error(Code::DataNotFinite, message).at_data(place).hint("remove the row");
+            return Undefined(Box::new(diagnostic));
+        }
         let found = evaluator.undefined(inputs, derivatives);
-        let (what, residual) = match &found {
+        let (why, spoilt) = match &found {
             Some(undefined) => {
                 let operation = undefined.operation.row();
-                let residual = undefined.spoils.first().and_then(|&i| self.measurement.residuals.get(i));
+                let spoilt = undefined.spoils.first().and_then(|&i| self.name(what, i));
                 let missing = if (operation.defined)(undefined.x, undefined.y) { "derivative" } else { "value" };
                 (
                     format!(
@@ -221,13 +261,13 @@ impl<'p> Block<'p> {
                         arguments(undefined),
                         operation.domain
                     ),
-                    residual,
+                    spoilt,
                 )
             }
             None => ("a number is too large".to_owned(), None),
         };
-        let name = residual.map_or(String::new(), |residual| format!(", residual `{}`", residual.name));
-        let message = format!("measurement `{}`, row {}{name}: {what}", self.measurement.name, row + 1);
+        let name = spoilt.map_or(String::new(), |name| format!(", {name}"));
+        let message = format!("measurement `{}`, row {}{name}: {why}", self.measurement.name, row + 1);
         let hint = match found.map(|undefined| undefined.operation) {
             Some(crate::graph::Operation::AtLeast) => {
                 "the row is at the edge of what the model describes, such as parallel lines of sight: correct or remove it"
@@ -240,8 +280,12 @@ impl<'p> Block<'p> {
 }
 
 fn arguments(undefined: &crate::graph::Undefined) -> String {
+    let number = |value: f64| match value.abs() {
+        size if size == 0.0 || (1e-4..1e6).contains(&size) => format!("{value}"),
+        _ => format!("{value:e}"),
+    };
     match undefined.operation.row().arity {
-        1 => format!("{:?}", undefined.x),
-        _ => format!("({:?}, {:?})", undefined.x, undefined.y),
+        1 => number(undefined.x),
+        _ => format!("({}, {})", number(undefined.x), number(undefined.y)),
     }
 }

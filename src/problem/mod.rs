@@ -17,7 +17,7 @@ mod selection;
 mod solving;
 
 pub use bind::{Options, Weights};
-pub use block::{Block, RowJacobian};
+pub use block::{Block, Quantities, RowJacobian};
 pub use layout::{Coordinate, Layout};
 pub use selection::Selection;
 pub use solving::Undefined;

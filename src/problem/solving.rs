@@ -1,8 +1,8 @@
 //! A [`Problem`] as a solver sees it.
 
-use super::Problem;
 use super::prior::Prior;
 use super::rotation;
+use super::{Problem, Quantities};
 use crate::diag::{Code, Diagnostic};
 use crate::linalg::{LinalgError, Matrix, SquareRootInformation};
 use crate::solve::{LeastSquares, null_space};
@@ -103,7 +103,7 @@ impl Problem<'_> {
         let mut total = 0.0;
         for block in &self.blocks {
             let mut sum = 0.0;
-            block.values(&block.measurement.tape, &self.layout, point, |_, values| {
+            block.values(Quantities::Residuals, &self.layout, point, |_, values| {
                 sum += values.iter().zip(&block.weights).map(|(r, w)| (r * w).powi(2)).sum::<f64>();
             })?;
             total += sum;
@@ -138,6 +138,9 @@ impl LeastSquares for Problem<'_> {
                 Some(first) if coordinate - group.first >= first => {
                     turns[known.group][coordinate - group.first - first] = step;
                 }
+                // all the way to a bound is that bound, whatever rounding makes of the sum
+                _ if step <= known.min - q[coordinate] => moved[coordinate] = known.min,
+                _ if step >= known.max - q[coordinate] => moved[coordinate] = known.max,
                 _ => moved[coordinate] = (q[coordinate] + step).clamp(known.min, known.max),
             }
         }

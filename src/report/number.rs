@@ -55,13 +55,13 @@ pub fn significant(value: f64, digits: usize) -> String {
         return value.to_string();
     }
     let text = format!("{value:.*e}", digits.saturating_sub(1));
-    let rounded: f64 = text.parse().unwrap_or(value);
-    let power = exponent(rounded);
+    let (mantissa, written) = text.split_once('e').unwrap_or((&text, "0"));
+    let power: i32 = written.parse().unwrap_or(0);
     let digits = i32::try_from(digits).unwrap_or(i32::MAX);
     if power < -4 || power >= digits.max(6) {
-        let (mantissa, power) = text.split_once('e').unwrap_or((&text, "0"));
         return format!("{}e{power}", trimmed(mantissa));
     }
+    let rounded: f64 = text.parse().unwrap_or(value);
     let decimals = usize::try_from(digits - 1 - power).unwrap_or(0);
     trimmed(&fixed(rounded, decimals)).to_owned()
 }
@@ -104,13 +104,13 @@ mod tests {
     #[test]
     fn sigma_has_two_digits_and_the_value_ends_where_it_does() {
         for (value, sigma, wanted) in [
-            (1.5707963, 0.0000123, ("1.570796", "0.000012")),
+            (1.5807963, 0.0000123, ("1.580796", "0.000012")),
             (-0.00002, 0.00123, ("0.0000", "0.0012")),
             (238.94212918, 2.7070075, ("238.9", "2.7")),
             (5.5e-4, 7.27e-6, ("0.0005500", "0.0000073")),
             (1.0, 0.0996, ("1.00", "0.10")),
             (12345.6, 12.3, ("12346", "12")),
-            (1.23456e7, 4321.0, ("1.2346e7", "0.0043e7")),
+            (1.23456e7, 4321.0, ("1.23456e7", "0.00043e7")),
             (0.0, 3e-14, ("0.0e-14", "3.0e-14")),
         ] {
             let (found, uncertainty) = with_sigma(value, sigma);

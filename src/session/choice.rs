@@ -14,6 +14,8 @@ pub struct Choice {
     pub files: Vec<(String, String)>,
     /// Which of the model's files are used otherwise.
     pub role: DataRole,
+    /// Whether measurements without files of their own are left out, where any has some.
+    pub given_only: bool,
 }
 
 /// A file that rows came from.
@@ -59,6 +61,9 @@ impl Choice {
                 .filter(|(name, _)| *name == measurement.name)
                 .map(|(_, file)| file.as_str())
                 .collect();
+            if self.given_only && own.is_empty() && !self.files.is_empty() {
+                continue;
+            }
             let (files, directory): (Vec<DataFile>, PathBuf) = if own.is_empty() {
                 let files = measurement.data.iter().filter(|file| file.role == self.role).cloned().collect();
                 (files, session.directory().to_owned())

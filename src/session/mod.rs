@@ -1,6 +1,6 @@
 //! The stages joined: a model file and its data, read, compiled, bound, fitted; each stage timed, each file fingerprinted.
 //!
-//! [`Session::open`] reads and compiles, [`Session::bind`] chooses and reads data, [`calibrate`] solves and analyses. What the
+//! [`Session::open`] reads and compiles, [`Session::bind`] chooses and reads data, [`calibrate()`] solves and analyses. What the
 //! command line does, a program can do with these three.
 //!
 //! ```no_run

@@ -192,7 +192,10 @@ impl Maker<'_> {
                         let dimension = self.measurement.inputs[unknown].unit.dimension;
                         let (value, unit) =
                             (self.program.units.to_reported(value, dimension), self.program.units.symbol(dimension));
-                        format!("{} = {value:.6} {unit}", name(unknown))
+                        match unit.as_str() {
+                            "1" => format!("{} = {value:.6}", name(unknown)),
+                            _ => format!("{} = {value:.6} {unit}", name(unknown)),
+                        }
                     })
                     .collect();
                 let left = match &why.undefined {

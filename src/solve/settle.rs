@@ -6,7 +6,7 @@ use super::minimise::Search;
 use super::region::Region;
 use super::solution::{Datum, Iteration, Kind, Status};
 use super::state::State;
-use crate::linalg::{dot, norm};
+use crate::linalg::{dot, norm, svd};
 
 /// A rise of the cost, as a share, that one datum step may bring.
 const LEVEL: f64 = 0.01;
@@ -40,7 +40,8 @@ impl<L: LeastSquares> Search<'_, L> {
                 return Datum::Nearest;
             }
             if longest <= 0.05 * enough * beta.min(1.0) {
-                return Datum::Unsettled;
+                let rounding = norm(&h) <= self.uncertainty(state) * norm(&z);
+                return if rounding { Datum::Nearest } else { Datum::Unsettled };
             }
             let factor = -beta * (longest / way).min(1.0);
             let target: Vec<f64> = h.iter().map(|h| factor * h).collect();
@@ -83,6 +84,18 @@ impl<L: LeastSquares> Search<'_, L> {
                     }
                 }
             }
+        }
+    }
+
+    /// To which share rounding leaves the directions N uncertain: ε κ, with κ the condition of what is visible, in tolerances.
+    /// A way along N that is shorter than this share of z is rounding.
+    fn uncertainty(&self, state: &State<L::Point>) -> f64 {
+        const ROOM: f64 = 10.0;
+        let Ok(found) = svd(&state.visible.scale_columns(self.problem.scale())) else { return 0.0 };
+        let kept = found.sigma.len() - state.invisible.len();
+        match (found.sigma.first(), found.sigma[..kept].last()) {
+            (Some(largest), Some(least)) if *least > 0.0 => ROOM * f64::EPSILON * largest / least,
+            _ => 0.0,
         }
     }
 

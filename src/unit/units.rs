@@ -88,15 +88,37 @@ impl Units {
         convert(value, unit.factor, self.internal_factor(unit.dimension))
     }
 
-    /// A value as phical computes with it, in `unit`.
+    /// A value as phical computes with it, in `unit`: where there is a double that [`to_internal`](Self::to_internal) takes back
+    /// to the same bits, that one.
     pub fn from_internal(&self, value: f64, unit: Unit) -> f64 {
-        convert(value, self.internal_factor(unit.dimension), unit.factor)
+        let guess = convert(value, self.internal_factor(unit.dimension), unit.factor);
+        nearest(guess, value, |there| self.to_internal(there, unit))
     }
 
     /// A value as phical computes with it, in the model's unit of its dimension.
     pub fn to_reported(&self, value: f64, dimension: Dimension) -> f64 {
         self.from_internal(value, self.unit(dimension))
     }
+}
+
+/// The double within a few steps of `guess` that `of` takes nearest to `wanted`.
+pub fn nearest(guess: f64, wanted: f64, of: impl Fn(f64) -> f64) -> f64 {
+    const STEPS: usize = 4;
+    let error = |value: f64| (of(value) - wanted).abs();
+    let (mut best, mut least) = (guess, error(guess));
+    let (mut down, mut up) = (guess, guess);
+    for _ in 0..STEPS {
+        if least == 0.0 {
+            break;
+        }
+        (down, up) = (down.next_down(), up.next_up());
+        for value in [down, up] {
+            if error(value) < least {
+                (best, least) = (value, error(value));
+            }
+        }
+    }
+    best
 }
 
 /// `value` in units of size `from`, in units of size `to`.

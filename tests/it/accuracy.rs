@@ -2,7 +2,7 @@
 //! figures before calibration.
 
 use phical::fit::{Fit, analyse};
-use phical::problem::{Options, Problem, Selection, Weights};
+use phical::problem::{Options, Problem, Quantities, Selection, Weights};
 use phical::simulate::{self, simulate};
 use phical::solve::{Settings, minimise};
 
@@ -21,7 +21,7 @@ fn errors(flagship: &Flagship, point: &[f64], lines: usize, seed: u64) -> [(f64,
     let mut all = vec![Vec::new(); 3];
     let block = &problem.blocks[0];
     block
-        .values(&block.measurement.tape, &problem.layout, point, |_, values| {
+        .values(Quantities::Residuals, &problem.layout, point, |_, values| {
             for (errors, value) in all.iter_mut().zip(values) {
                 errors.push(value.abs());
             }

@@ -3,6 +3,7 @@
 #![allow(clippy::print_stderr, reason = "a skipped test says so")]
 
 mod accuracy;
+mod cli;
 mod close;
 mod flagship;
 mod kinematics;

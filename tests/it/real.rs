@@ -8,7 +8,7 @@ use phical::data;
 use phical::diag::{Diagnostics, Source};
 use phical::fit::{Fit, analyse, read_values};
 use phical::model::{DataFile, DataRole, load};
-use phical::problem::{Options, Problem, Selection, Weights};
+use phical::problem::{Options, Problem, Quantities, Selection, Weights};
 use phical::solve::{Settings, minimise};
 
 use crate::shared::{project, shared};
@@ -41,7 +41,7 @@ fn rms(problem: &Problem, block: usize, point: &[f64], first: usize) -> f64 {
     let block = &problem.blocks[block];
     let mut sum = 0.0;
     block
-        .values(&block.measurement.tape, &problem.layout, point, |_, values| {
+        .values(Quantities::Residuals, &problem.layout, point, |_, values| {
             sum += values[first..first + 3].iter().map(|v| v * v).sum::<f64>();
         })
         .expect("defined");
@@ -76,7 +76,7 @@ fn ur5_with_the_controllers_own_numbers() {
     let mut worst = 0.0f64;
     let block = &problem.blocks[0];
     block
-        .values(&block.measurement.tape, &problem.layout, &problem.start, |_, values| {
+        .values(Quantities::Residuals, &problem.layout, &problem.start, |_, values| {
             worst = worst.max(values[3..].iter().map(|v| v * v).sum::<f64>().sqrt());
         })
         .expect("defined");
