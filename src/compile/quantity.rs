@@ -79,7 +79,7 @@ impl Quantities {
         diagnostics: &mut Diagnostics,
     ) -> Option<f64> {
         let (value, dimension) = self.any(quantity, diagnostics)?;
-        if dimension.is_number() {
+        if dimension.is_number() && !self.has_unit(quantity) {
             let unit = bare.unwrap_or_else(|| self.units.unit(wanted));
             return Some(self.units.to_internal(value, unit));
         }
@@ -154,17 +154,23 @@ impl Quantities {
 
     /// Whether a quantity names parameters, and so is a tie.
     pub(crate) fn is_tie(&self, quantity: &Quantity) -> bool {
+        self.contains(quantity, |part| match part {
+            ExprKind::Name(name) => name != "pi",
+            part => matches!(part, ExprKind::Index { .. }),
+        })
+    }
+
+    /// Whether a quantity states a unit, if only that of a plain number, such as `5 ppm`.
+    fn has_unit(&self, quantity: &Quantity) -> bool {
+        self.contains(quantity, |part| matches!(part, ExprKind::Number { unit: Some(_), .. }))
+    }
+
+    fn contains(&self, quantity: &Quantity, wanted: impl Fn(&ExprKind) -> bool) -> bool {
         let Quantity::Text(text) = quantity else { return false };
         let Ok(expr) = Snippet::new(text, &self.source).parse() else { return false };
-        let mut names = false;
-        expr.visit(|part| {
-            names |= match &part.kind {
-                ExprKind::Name(name) => name != "pi",
-                ExprKind::Index { .. } => true,
-                _ => false,
-            }
-        });
-        names
+        let mut found = false;
+        expr.visit(|part| found |= wanted(&part.kind));
+        found
     }
 
     /// What counts as known well enough where nothing is said: a thousandth of the nominal value, or of one, where there is

@@ -22,6 +22,24 @@ fn a_line() {
 }
 
 #[test]
+fn a_unit_counts_once_and_a_bare_number_in_the_unit_of_its_place() {
+    let text = r#"(
+        name: "units",
+        parameters: {
+            "scale": Scalar(value: Free("5 ppm"), unit: "ppm"),
+            "other": Scalar(value: Free(5), unit: "ppm"),
+            "turn": Scalar(value: Free("pi/2"), unit: "deg"),
+        },
+        measurements: { "m": (inputs: {"x": ()}, residuals: {"r": "x*scale + other + turn"}) },
+    )"#;
+    let program = compiled(text).unwrap();
+    let nominal: Vec<f64> = program.parameters.iter().map(|p| p.setting.nominal[0]).collect();
+    assert_eq!(nominal, [5e-6, 5e-6, std::f64::consts::FRAC_PI_2]);
+    let wrong = compiled(&text.replace("unit: \"deg\"", "unit: \"mm\"").replace("pi/2", "5 px")).unwrap_err();
+    assert!(wrong[0].starts_with("E012"), "{wrong:?}");
+}
+
+#[test]
 fn mistakes_are_found_together() {
     let found = compiled(
         r#"(

@@ -314,7 +314,7 @@ impl<'a, L: LeastSquares> Search<'a, L> {
         };
         if !falls {
             let diagonal = self.diagonal(&next);
-            let smaller = Region::new(next.linear(), &diagonal).is_ok_and(|at| at.share() <= 0.5 * region.share());
+            let smaller = Region::new(next.linear(), &diagonal).is_ok_and(|at| at.share() <= 0.9 * region.share());
             if !smaller {
                 return Trial::Rejected { actual };
             }

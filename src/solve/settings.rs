@@ -17,7 +17,7 @@ pub struct Settings {
     /// Nearest to the nominal values when the way along the invisible directions is at most this, in tolerances.
     /// Default 1e-10.
     pub datum: f64,
-    /// First trust radius, as a share of ‖D m‖ with m the magnitudes of the coordinates at the start. Default 100.
+    /// First trust radius, as a share of ‖D m‖ with m the magnitudes of the coordinates at the start. Default 1.
     pub radius: f64,
     /// A step is accepted when the cost falls by at least this share of what the linear model predicts. Default 1e-4.
     pub gain: f64,
@@ -31,7 +31,7 @@ impl Default for Settings {
             step: 1e-12,
             vanished: f64::EPSILON * f64::EPSILON,
             datum: 1e-10,
-            radius: 100.0,
+            radius: 1.0,
             gain: 1e-4,
         }
     }

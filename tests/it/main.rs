@@ -5,9 +5,15 @@
 mod accuracy;
 mod cli;
 mod close;
+mod derivatives;
+mod fitting;
 mod flagship;
 mod kinematics;
+mod laws;
+mod nist;
 mod paper;
+mod published;
+mod random;
 mod readme;
 mod real;
 mod shared;
