@@ -158,6 +158,10 @@ pub(crate) fn compile(
     let extra = extra.iter().map(|text| (text.clone(), Snippet::alone("--expr", text)));
     for (name, snippet) in own.chain(extra) {
         let Some(value) = scope.value(&snippet) else { continue };
+        // an expression of the command line may name an output as well
+        if crate::lang::is_name(&name) && !scope.has(&name) {
+            scope.bind(&name, Binding::Value(value));
+        }
         for (suffix, node, dimension) in flattened(&mut scope, value) {
             outputs.push(Output {
                 name: format!("{name}{suffix}"),

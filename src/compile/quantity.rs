@@ -81,7 +81,14 @@ impl Quantities {
         let (value, dimension) = self.any(quantity, diagnostics)?;
         if dimension.is_number() && !self.has_unit(quantity) {
             let unit = bare.unwrap_or_else(|| self.units.unit(wanted));
-            return Some(self.units.to_internal(value, unit));
+            let internal = self.units.to_internal(value, unit);
+            if wanted == Dimension::ANGLE && internal.abs() > 1.001 * std::f64::consts::TAU {
+                let message =
+                    format!("a number without a unit is {value} {} here, more than a turn", self.units.symbol(wanted));
+                let found = Diagnostic::warning(Code::LargeAngle, message).at(&self.source, quantity.span());
+                diagnostics.push(found.hint(format!("write its unit: `{value} deg`")));
+            }
+            return Some(internal);
         }
         if dimension == wanted || (wanted.is_number() && dimension.compatible(wanted)) {
             return Some(value);

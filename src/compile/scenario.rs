@@ -138,14 +138,22 @@ impl Builder<'_> {
         measurement::definitions(&mut scope, &self.experiment.define, &self.declarations.source);
 
         let mut planned = Vec::new();
+        // inputs whose step has a mistake, which is reported: they are not said to be without a value as well
+        let mut broken = Vec::new();
         for (name, quantity) in self.experiment.set.iter() {
-            planned.extend(self.set(&mut scope, name, quantity, diagnostics));
+            match self.set(&mut scope, name, quantity, diagnostics) {
+                Some(step) => planned.push(step),
+                None => broken.extend(self.input(&name.value)),
+            }
         }
         for solve in &self.experiment.solve {
-            planned.extend(self.solve(&mut scope, solve, diagnostics));
+            match self.solve(&mut scope, solve, diagnostics) {
+                Some(step) => planned.push(step),
+                None => broken.extend(solve.unknowns.keys().filter_map(|name| self.input(&name.value))),
+            }
         }
         let variables = self.inputs.len() + auxiliary.len();
-        let known: Vec<usize> = draws.iter().map(|(variable, _)| *variable).collect();
+        let known: Vec<usize> = draws.iter().map(|(variable, _)| *variable).chain(broken).collect();
         let steps = self.order(planned, known, variables, diagnostics);
         let noise = self.noise(diagnostics);
         // the measurement's own mistakes are reported where it is compiled

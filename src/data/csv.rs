@@ -11,9 +11,10 @@ use super::column::Column;
 use super::heading::{Origin, Plan, Reading, unit_name};
 use super::lines::Lines;
 use super::table::Table;
-use crate::compile::Program;
+use crate::compile::{Input, Measurement, Program};
 use crate::diag::{Code, DataPlace, Diagnostic, Diagnostics};
 use crate::model::DataFile;
+use crate::unit::{Dimension, Unit};
 
 /// The path that stands for standard input.
 pub const STANDARD_INPUT: &str = "-";
@@ -51,9 +52,24 @@ pub fn read(
             Err(error) => found.push(cannot_open(&reading, &error)),
         }
     }
+    found.extend(large_angles(declared, &table));
     let failed = found.has_errors();
     diagnostics.extend(found);
     (!failed).then_some(table)
+}
+
+/// Columns declared in radians that read more than two turns, which no instrument does: they are in degrees or gon.
+fn large_angles(declared: &Measurement, table: &Table) -> Vec<Diagnostic> {
+    let radians = Unit { factor: 1.0, dimension: Dimension::ANGLE };
+    let suspicious = |(i, input): (usize, &Input)| {
+        let large = |row: &usize| table.row(*row)[i].abs() > 2.0 * std::f64::consts::TAU;
+        let row = (0..table.rows()).find(large).filter(|_| input.unit == radians && !input.dms)?;
+        let message = format!("the column `{}` reads {} rad, more than two turns", input.name, table.row(row)[i]);
+        let place = DataPlace { column: Some(input.name.clone()), ..table.place(row) };
+        let hint = "if it is in degrees or gon, declare `unit: \"deg\"` or `unit: \"gon\"`";
+        Some(Diagnostic::warning(Code::LargeAngle, message).at_data(place).hint(hint))
+    };
+    declared.inputs.iter().enumerate().filter_map(suspicious).collect()
 }
 
 fn cannot_open(reading: &Reading, error: &io::Error) -> Diagnostic {

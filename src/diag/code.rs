@@ -179,6 +179,12 @@ codes! {
         "The data determine a combination of parameters worse than the declared tolerance. `design` says what to measure next."
     DatasetAbsent "W008" "a measurement has no data"
         "Neither the model nor `--data` names a file for it that is there; the other measurements are used."
+    SigmasUnused "W009" "declared sigmas are not used"
+        "Some residuals declare a sigma and others do not, so they cannot be weighed against each other, and all count alike. Give the named residual a sigma: `\"r\": (value: \"…\", sigma: \"0.1 mm\")`, or say `--weights unit`."
+    LargeAngle "W010" "an angle is larger than any angle"
+        "A number without a unit stands for more than a turn, or a column reads more than two turns: `alpha: 90` in a model whose angles are in radians is 90 rad. Write `\"90 deg\"`, or declare the column's unit."
+    UnusedMember "W011" "a member of a family is in no row"
+        "The model states a value for a member that no row of data names, so it takes no part. Names are compared as they stand: `a` is not `A`."
 }
 
 #[cfg(test)]

@@ -31,6 +31,8 @@ pub struct Evaluated {
     pub rows: usize,
     /// Each scalar residual.
     pub residuals: Vec<(String, String, Statistics)>,
+    /// The residuals of every row, in reported units.
+    pub residual_values: Vec<Vec<f64>>,
     /// The length of each vector residual, by its name without suffix.
     pub vectors: Vec<(String, String, Statistics)>,
     /// Each key column, and its name in each row.
@@ -81,10 +83,14 @@ fn of_block(problem: &Problem, block: &Block, point: &[f64]) -> Result<Evaluated
     let rows = block.table.rows();
     let triples = triples(measurement);
     let mut each = vec![Running::default(); measurement.residuals.len()];
+    let mut residual_values = vec![vec![0.0; rows]; measurement.residuals.len()];
     let mut lengths = vec![Running::default(); triples.len()];
     block.values(Quantities::Residuals, &problem.layout, point, |row, values| {
         for (running, &value) in each.iter_mut().zip(values) {
             running.push(row, value);
+        }
+        for ((column, &value), residual) in residual_values.iter_mut().zip(values).zip(&measurement.residuals) {
+            column[row] = units.to_reported(value, residual.dimension);
         }
         for (running, (_, first)) in lengths.iter_mut().zip(&triples) {
             running.push(row, values[*first].hypot(values[first + 1]).hypot(values[first + 2]));
@@ -118,6 +124,7 @@ fn of_block(problem: &Problem, block: &Block, point: &[f64]) -> Result<Evaluated
         name: measurement.name.clone(),
         rows,
         residuals,
+        residual_values,
         vectors,
         keys: measurement.keys.iter().enumerate().map(|(k, name)| (name.clone(), key(k))).collect(),
         outputs: outputs.collect(),

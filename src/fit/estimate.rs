@@ -12,6 +12,9 @@ use crate::solve::{Iteration, Solution, Status, null_space};
 /// A parameter is not estimable where its squared share of the tolerance-scaled null space exceeds this.
 pub const NOT_ESTIMABLE: f64 = 0.01;
 
+/// Beyond this share a parameter moves with the datum.
+const AT_DATUM: f64 = 1e-9;
+
 /// One estimated coordinate, in reported units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
@@ -25,6 +28,8 @@ pub struct Estimate {
     pub sigma: Option<f64>,
     /// Whether the data determine it.
     pub estimable: bool,
+    /// Whether its value and sigma are those of the minimum-norm datum: another datum would move it a little.
+    pub at_datum: bool,
     /// Whether it is on one of its bounds.
     pub at_bound: bool,
     /// Where it started from.
@@ -151,6 +156,7 @@ pub fn analyse(problem: &Problem, solution: Solution<Vec<f64>>) -> Result<Fit, U
                 unit: units.symbol(coordinate.dimension),
                 sigma,
                 estimable,
+                at_datum: estimable && share(j) > AT_DATUM,
                 at_bound: active[j],
                 nominal: reported(coordinate.nominal),
                 tolerance: reported(coordinate.tolerance),
@@ -248,8 +254,10 @@ fn warnings(fit: &Fit, n: usize, projected: bool) -> Diagnostics {
     let blind: Vec<&str> = fit.parameters.iter().filter(|p| !p.estimable).map(|p| p.name.as_str()).collect();
     if !blind.is_empty() {
         let message = format!("not estimable: {}", list(&blind));
-        let hint =
-            "the data see only combinations of these: hold one of them with `--fix`, or measure what tells them apart";
+        let hint = match fit.null_directions.len() {
+            1 => "the data see only a combination of these: hold one of them with `--fix`, or measure more".to_owned(),
+            n => format!("{n} combinations of these are not seen: hold one of each with `--fix`, or measure more"),
+        };
         warnings.push(Diagnostic::warning(Code::NotEstimable, message).hint(hint));
     }
     let weak: Vec<&str> = fit

@@ -23,7 +23,7 @@ impl FitFile {
             .iter()
             .map(|p| {
                 json!({
-                    "name": p.name, "value": p.value, "unit": p.unit, "sigma": p.sigma, "estimable": p.estimable,
+                    "name": p.name, "value": p.value, "unit": p.unit, "sigma": p.sigma, "estimable": p.estimable, "at_datum": p.at_datum,
                     "at_bound": p.at_bound, "nominal": p.nominal, "tolerance": p.tolerance,
                 })
             })

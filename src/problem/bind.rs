@@ -8,7 +8,7 @@ use super::selection::Selection;
 use super::{Problem, solving::Undefined};
 use crate::compile::{Measurement, Program, Role};
 use crate::data::Table;
-use crate::diag::{Code, Diagnostic, Diagnostics};
+use crate::diag::{Code, Diagnostic, Diagnostics, nearest};
 
 /// How residuals are weighted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,6 +50,7 @@ impl<'p> Problem<'p> {
     ) -> Result<(Problem<'p>, Diagnostics), Diagnostics> {
         let mut diagnostics = Diagnostics::new();
         let members = members(program, &tables);
+        unused_members(program, &members, &mut diagnostics);
         let mut layout = Layout::new(program, &members);
         let mut start = options.selection.apply(program, &mut layout, &mut diagnostics);
         let measurements = || tables.iter().map(|(index, _)| &program.measurements[*index]);
@@ -135,6 +136,18 @@ fn members(program: &Program, tables: &[(usize, Table)]) -> Vec<Vec<String>> {
     named
 }
 
+/// Members that the model states and no row names.
+fn unused_members(program: &Program, members: &[Vec<String>], diagnostics: &mut Diagnostics) {
+    for (parameter, named) in program.parameters.iter().zip(members).filter(|(_, named)| !named.is_empty()) {
+        for (key, _) in parameter.members.iter().filter(|(key, _)| !named.contains(key)) {
+            let message = format!("the member `{key}` of `{}` is in no row", parameter.name);
+            let hint = nearest(key, named.iter().map(String::as_str)).map(|near| format!("did you mean `{near}`?"));
+            let found = Diagnostic::warning(Code::UnusedMember, message).at(&program.source, parameter.span);
+            diagnostics.push(found.maybe_hint(hint));
+        }
+    }
+}
+
 fn decide_weights<'m>(
     program: &Program,
     measurements: impl Iterator<Item = &'m Measurement>,
@@ -152,7 +165,15 @@ fn decide_weights<'m>(
         }
         (Some(weights), _) => weights,
         (None, None) => Weights::Sigma,
-        (None, Some(_)) => {
+        (None, Some((measurement, residual))) => {
+            if measurements.iter().any(|m| m.residuals.iter().any(|r| r.sigma.is_some())) {
+                let message = format!(
+                    "sigmas of residuals are not used, for `{}` of `{}` has none: all residuals count alike",
+                    residual.name, measurement.name
+                );
+                let found = Diagnostic::warning(Code::SigmasUnused, message).at(&program.source, residual.span);
+                diagnostics.push(found.hint("give it a sigma, or say `--weights unit`"));
+            }
             if measurements.iter().any(|m| m.inputs.iter().any(|input| input.sigma.is_some())) {
                 let message =
                     "inputs carry sigmas, but weights propagated from them do not exist yet: all residuals count alike";

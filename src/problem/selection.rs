@@ -1,5 +1,7 @@
 //! What the user frees, fixes and starts from.
 
+use std::collections::HashSet;
+
 use super::layout::Layout;
 use crate::compile::{self, Program, Role};
 use crate::diag::{Code, Diagnostic, Diagnostics, did_you_mean};
@@ -41,6 +43,7 @@ impl Selection {
                 layout.coordinates[c].role = Role::Free;
             }
         }
+        let mut valued = HashSet::new();
         for (name, value) in &self.fix {
             let found = layout.matching(program, name);
             if found.is_empty() {
@@ -51,13 +54,35 @@ impl Selection {
                 coordinate.role = Role::Held;
                 if let Some(text) = value {
                     match compile::quantity(program, &format!("value of {name}"), text, coordinate.dimension) {
-                        Ok(value) => point[c] = value,
+                        Ok(value) => {
+                            point[c] = value;
+                            valued.insert(c);
+                        }
                         Err(mistakes) => diagnostics.extend(mistakes),
                     }
                 }
             }
         }
+        refuse_part_of_a_rotation(layout, &valued, diagnostics);
         point
+    }
+}
+
+/// A rotation turns by R·exp(ω), so a component of its vector keeps a value only where all three do.
+fn refuse_part_of_a_rotation(layout: &Layout, valued: &HashSet<usize>, diagnostics: &mut Diagnostics) {
+    for group in &layout.groups {
+        let Some(first) = group.shape.rotation() else { continue };
+        let all = group.first + first..group.first + first + 3;
+        let part = all.clone().find(|c| valued.contains(c));
+        let free = all.clone().any(|c| layout.coordinates[c].role == Role::Free);
+        if let (Some(part), true) = (part, free) {
+            let name = &layout.coordinates[part].name;
+            let names: Vec<String> = all.map(|c| format!("`{}`", layout.coordinates[c].name)).collect();
+            let message = format!("`{name}` cannot be held at a value while the rotation turns about other axes");
+            let hint =
+                format!("hold {} together, or leave the value out to hold the turn about that axis", names.join(", "));
+            diagnostics.push(Diagnostic::error(Code::NotAdjustable, message).hint(hint));
+        }
     }
 }
 

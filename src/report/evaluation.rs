@@ -178,10 +178,15 @@ pub fn evaluation_json(
                 "name": c.name, "unit": c.unit, "mean": c.statistics.mean, "sd": c.statistics.sd, "values": c.values,
             })
         });
+        let residuals = m.residuals.iter().zip(&m.residual_values).map(|(residual, values)| {
+            let mut object = named(residual);
+            object["values"] = json!(values);
+            object
+        });
         let keys: Map<String, Value> = m.keys.iter().map(|(name, names)| (name.clone(), json!(names))).collect();
         let value = json!({
             "rows": m.rows,
-            "residuals": m.residuals.iter().map(named).collect::<Vec<_>>(),
+            "residuals": residuals.collect::<Vec<_>>(),
             "vectors": m.vectors.iter().map(named).collect::<Vec<_>>(),
             "keys": keys,
             "outputs": outputs.collect::<Vec<_>>(),

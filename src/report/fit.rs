@@ -21,7 +21,11 @@ pub fn verdict(fit: &Fit) -> String {
             1 => "the only parameter is estimable".to_owned(),
             n => format!("all {n} parameters estimable"),
         };
-        format!("Trustworthy: converged, {all}")
+        let untested = match fit.weights {
+            Weights::Unit if fit.dof > 0 => "; weights are unit, so the size of the residuals is not tested",
+            _ => "",
+        };
+        format!("Trustworthy: converged, {all}{untested}")
     } else {
         format!("Not trustworthy: {}", verdict.reasons.join("; "))
     }
@@ -111,6 +115,7 @@ pub(super) fn estimates(parameters: &[Estimate]) -> String {
             (false, ..) => "not estimable",
             (true, true, _) => "on its bound",
             (true, false, None) => "no uncertainty: nothing tells the scale",
+            (true, false, Some(_)) if p.at_datum => "at the datum: another would move it",
             (true, false, Some(sigma)) if sigma > p.tolerance => "weaker than its tolerance",
             _ => "",
         };

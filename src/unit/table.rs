@@ -106,6 +106,11 @@ pub(super) fn suggest(symbol: &str) -> Option<&'static str> {
         let nearest = TABLE.iter().min_by_key(|entry| distance(entry))?;
         (distance(nearest) <= allowed).then_some(nearest)
     };
+    // other names of the same thing, which are near to another
+    let also = [("grad", "gon"), ("grade", "gon"), ("gradian", "gon"), ("sec", "s"), ("micron", "µm")];
+    if let Some((_, right)) = also.iter().find(|(name, _)| [lower.as_str(), singular].contains(name)) {
+        return Some(right);
+    }
     TABLE.iter().find(named).or_else(near).map(|entry| entry.symbol)
 }
 
@@ -180,6 +185,8 @@ mod tests {
             ("arsec", Some("arcsec")),
             ("degrees", Some("deg")),
             ("Millimeters", Some("mm")),
+            ("grad", Some("gon")),
+            ("microns", Some("µm")),
             ("x", None),
             ("ab", None),
             ("gear", None),
