@@ -19,6 +19,17 @@ impl Progress {
         Progress { begun: Instant::now(), bar: RefCell::new(None) }
     }
 
+    /// Says that something long is being done, where it is long, until it is dropped.
+    pub(super) fn working(long: bool, what: &'static str) -> Self {
+        let progress = Progress::new();
+        if long {
+            let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()).with_message(what);
+            bar.enable_steady_tick(Duration::from_millis(200));
+            *progress.bar.borrow_mut() = Some(bar);
+        }
+        progress
+    }
+
     /// Says how far it is.
     pub(super) fn tell(&self, iteration: usize, cost: f64) {
         if self.begun.elapsed() < PATIENCE {

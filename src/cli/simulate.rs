@@ -6,11 +6,15 @@ use clap::Args;
 use serde_json::{Map, Value, json};
 
 use super::arguments::{collect, rows};
+use super::progress::Progress;
 use super::{Format, Outcome, pretty};
 use crate::data::{self, Output, make_directory};
 use crate::diag::{Code, DataPlace, Diagnostic, Diagnostics};
 use crate::session::Session;
 use crate::simulate::{Options, simulate};
+
+/// More rows than this take about a second.
+const LONG: usize = 20_000;
 
 #[derive(Debug, Args)]
 pub(super) struct Simulate {
@@ -53,7 +57,10 @@ impl Simulate {
             Some(scenario) if !mistakes.has_errors() => scenario,
             _ => return Err(mistakes),
         };
+        let rows = options.rows.iter().map(|(_, rows)| *rows).chain(scenario.measurements.iter().map(|s| s.rows));
+        let working = Progress::working(rows.max().unwrap_or(0) > LONG, "simulating");
         let simulated = simulate(program, scenario, &options).map_err(|found| Diagnostics::from(*found))?;
+        drop(working);
 
         make_directory(&self.out).map_err(|found| Diagnostics::from(*found))?;
         let mut files = Vec::new();

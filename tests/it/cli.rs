@@ -129,7 +129,10 @@ fn a_good_fit_ends_with_zero_and_has_every_key() {
 
 #[test]
 fn the_verdict_is_the_first_sentence() {
-    assert!(ends(0, &["calibrate", &misra()]).starts_with("Trustworthy: converged, all 2 parameters estimable; weights are unit"));
+    assert!(
+        ends(0, &["calibrate", &misra()])
+            .starts_with("Trustworthy: converged, all 2 parameters estimable; weights are unit")
+    );
     let directory = line();
     let model = path(&directory, "model.ron");
     let text = ends(1, &["calibrate", &model, "--free", "c", "--fix", "place[*]"]);
