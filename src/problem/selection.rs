@@ -93,9 +93,6 @@ fn unknown(program: &Program, name: &str, code: Code) -> Diagnostic {
         let message = format!("`{name}` is a constant or a tie of the model, not a parameter");
         return Diagnostic::error(Code::NotAdjustable, message).hint("declare it `Free(…)` or `Held(…)` in the model");
     }
-    Diagnostic::error(code, format!("there is no parameter `{name}`")).maybe_hint(did_you_mean(
-        name,
-        "parameters",
-        &names,
-    ))
+    Diagnostic::error(code, format!("there is no parameter `{name}`"))
+        .hint(did_you_mean(name, "parameters", &names).unwrap_or_else(|| "`phical check MODEL` lists them".to_owned()))
 }
