@@ -34,6 +34,7 @@
 //! | [`compile`] | names, shapes and dimensions checked; model to program |
 //! | [`data`] | tables from files |
 //! | [`simulate`] | made-up tables, and the truth behind them |
+//! | [`simd`] | the instruction set of the machine |
 //! | [`linalg`] | the square-root information matrix |
 //! | [`solve`] | least squares on a manifold |
 //! | [`problem`] | a program bound to rows |
@@ -94,6 +95,7 @@ pub mod model;
 pub mod problem;
 pub mod report;
 pub mod session;
+pub mod simd;
 pub mod simulate;
 pub mod solve;
 pub mod unit;

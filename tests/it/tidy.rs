@@ -7,7 +7,8 @@ use crate::shared::project;
 
 /// The folders of `src`, lowest first. A folder imports only from those before it.
 const LAYERS: &[&[&str]] = &[
-    &["diag", "unit", "graph", "linalg"],
+    &["diag", "unit", "simd"],
+    &["graph", "linalg"],
     &["lang", "model", "eval", "solve"],
     &["compile"],
     &["data"],
