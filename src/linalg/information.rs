@@ -1,7 +1,9 @@
 //! The square-root information matrix: QR(\[J r\]) of any number of rows, kept in the space of n parameters.
 
 use super::matrix::add_scaled;
-use super::{LinalgError, Matrix, dot, norm, same_size};
+use super::reflect::{Fold, GROUP, LARGEST, Scan};
+use super::{LinalgError, Matrix, dot, same_size};
+use crate::simd::InstructionSet;
 
 /// The triangular factor R, the vector d and the remaining sum of squares of QR(\[J r\]):
 /// ‖J δ + r‖² = ‖R δ + d‖² + rest for every δ.
@@ -23,9 +25,6 @@ pub struct SquareRootInformation {
     rest: f64,
     rows: usize,
 }
-
-/// Entries beyond this are refused: the sum of their squares would overflow.
-const LARGEST: f64 = 1e150;
 
 impl SquareRootInformation {
     /// No rows yet, for n parameters.
@@ -120,11 +119,72 @@ impl SquareRootInformation {
     /// Where the block has not n + 1 columns, or an entry is not finite or beyond 1e150; nothing is absorbed then.
     pub fn absorb(&mut self, block: &mut Matrix) -> Result<(), LinalgError> {
         same_size(self.dimension() + 1, block.columns())?;
-        if !all_usable(block.as_slice()) {
-            return Err(LinalgError::NotFinite);
-        }
         let rows = block.rows();
-        self.fold(block, |_| rows);
+        self.absorb_block(InstructionSet::detect(), block.as_mut_slice(), rows, rows)
+    }
+
+    /// Folds a block of rows \[J r\] into the factor: n + 1 columns, each `rows` long, in a slice where one begins `ld`
+    /// entries after the other. All of the slice is overwritten. Nothing is copied or allocated where `ld` is a multiple of
+    /// eight and few columns are zero; it is fastest where, besides, the slice begins on a cache line.
+    ///
+    /// # Errors
+    /// Where the slice is not (n + 1) `ld` long, `rows` is more than `ld`, or an entry is not finite or beyond 1e150; nothing
+    /// is absorbed then.
+    pub fn absorb_block(
+        &mut self,
+        set: InstructionSet,
+        block: &mut [f64],
+        rows: usize,
+        ld: usize,
+    ) -> Result<(), LinalgError> {
+        let n = self.dimension();
+        let zeros = check(set, block, rows, ld, n + 1)?;
+        if rows == 0 {
+            return Ok(());
+        }
+        let l = n - zeros.min(n);
+        // Reflections fill zero columns. Where they are many, the rows are first reduced to as many as there are others;
+        // folding those costs at most l rows of n columns, twice for the overhead.
+        if rows * (n * n - l * l) > 2 * l.next_multiple_of(GROUP) * n * n {
+            let zero = |j: usize| block[j * ld..][..rows].iter().all(|&entry| entry == 0.0);
+            let columns: Vec<usize> = (0..n).filter(|&j| !zero(j)).collect();
+            for (to, &from) in columns.iter().chain([&n]).enumerate() {
+                block.copy_within(from * ld..from * ld + rows, to * ld);
+            }
+            self.fold_columns(set, &columns, &mut block[..(columns.len() + 1) * ld], rows, ld);
+        } else {
+            self.fold(set, block, rows, ld);
+        }
+        self.rows += rows;
+        Ok(())
+    }
+
+    /// Folds a block of rows \[J r\] whose columns are those of some parameters only, `columns`, in increasing order, and the
+    /// residual; the others are zero. Otherwise as [`absorb_block`](Self::absorb_block).
+    ///
+    /// # Errors
+    /// As [`absorb_block`](Self::absorb_block), and where `columns` do not increase or go beyond n.
+    pub fn absorb_columns(
+        &mut self,
+        set: InstructionSet,
+        columns: &[usize],
+        block: &mut [f64],
+        rows: usize,
+        ld: usize,
+    ) -> Result<(), LinalgError> {
+        let n = self.dimension();
+        if let Some(pair) = columns.windows(2).find(|pair| pair[0] >= pair[1]) {
+            return Err(LinalgError::Shape { expected: pair[0] + 1, found: pair[1] });
+        }
+        if let Some(&last) = columns.last().filter(|&&last| last >= n) {
+            return Err(LinalgError::Shape { expected: n, found: last + 1 });
+        }
+        check(set, block, rows, ld, columns.len() + 1)?;
+        if columns.len() == n {
+            self.fold(set, block, rows, ld);
+        } else {
+            self.fold_columns(set, columns, block, rows, ld);
+        }
         self.rows += rows;
         Ok(())
     }
@@ -134,49 +194,64 @@ impl SquareRootInformation {
     /// # Errors
     /// Where the dimensions differ.
     pub fn merge(&mut self, other: &Self) -> Result<(), LinalgError> {
-        let n = self.dimension();
-        same_size(n, other.dimension())?;
-        let mut block = Matrix::zeros(n, n + 1);
-        for j in 0..n {
-            block.column_mut(j).copy_from_slice(other.r.column(j));
-        }
-        block.column_mut(n).copy_from_slice(&other.d);
-        self.fold(&mut block, |k| (k + 1).min(n));
-        self.rest += other.rest;
+        same_size(self.dimension(), other.dimension())?;
+        let all: Vec<usize> = (0..self.dimension()).collect();
+        self.fold_triangle(InstructionSet::detect(), &all, other);
         self.rows += other.rows;
         Ok(())
     }
 
-    /// One Householder reflection per column k on row k of R and the first `height(k)` rows of the block, which are the
-    /// only ones that can differ from zero in columns up to k. Golub & Van Loan, Matrix Computations (4th ed.), §5.1.2:
-    /// with x = (α; b), β = −sign(α)‖x‖, v = (1; b/(α − β)), τ = (β − α)/β, the reflection 1 − τ v vᵀ takes x to (β; 0).
-    fn fold(&mut self, block: &mut Matrix, height: impl Fn(usize) -> usize) {
-        let n = self.dimension();
-        for k in 0..n {
-            let height_k = height(k);
-            let sigma = norm(&block.column(k)[..height_k]);
-            if sigma == 0.0 {
-                continue;
+    /// Folds a block with all columns.
+    fn fold(&mut self, set: InstructionSet, block: &mut [f64], rows: usize, ld: usize) {
+        let padded = rows.next_multiple_of(GROUP);
+        let columns = self.dimension() + 1;
+        if ld.is_multiple_of(GROUP) {
+            if padded > rows {
+                for column in block.chunks_exact_mut(ld) {
+                    column[rows..padded].fill(0.0);
+                }
             }
-            let alpha = self.r[(k, k)];
-            let beta = -alpha.hypot(sigma).copysign(alpha);
-            let tau = (beta - alpha) / beta;
-            let pivot = alpha - beta;
-            for entry in &mut block.column_mut(k)[..height_k] {
-                *entry /= pivot;
-            }
-            self.r[(k, k)] = beta;
-            for j in k + 1..=n {
-                let (v, column) = block.pair_mut(k, j);
-                let (v, column) = (&v[..height_k], &mut column[..height_k]);
-                let top = if j < n { &mut self.r[(k, j)] } else { &mut self.d[k] };
-                let s = tau * (*top + dot(v, column));
-                *top -= s;
-                add_scaled(column, -s, v);
-            }
+            let fold = Fold { r: &mut self.r, d: &mut self.d, block, ld, rows: padded, starts: None };
+            self.rest += set.run(fold);
+            return;
         }
-        self.rest += dot(block.column(n), block.column(n));
+        let mut copy = vec![0.0; padded * columns];
+        for (from, to) in block.chunks_exact(ld).zip(copy.chunks_exact_mut(padded)) {
+            to[..rows].copy_from_slice(&from[..rows]);
+        }
+        let block = &mut copy;
+        self.rest += set.run(Fold { r: &mut self.r, d: &mut self.d, block, ld: padded, rows: padded, starts: None });
     }
+
+    /// Folds a block with some columns: their own factor first, then its few rows.
+    fn fold_columns(&mut self, set: InstructionSet, columns: &[usize], block: &mut [f64], rows: usize, ld: usize) {
+        let mut local = Self::new(columns.len());
+        local.fold(set, block, rows, ld);
+        self.fold_triangle(set, columns, &local);
+    }
+
+    /// Folds the rows (R', d') of a factor whose parameters are `columns` of this one's.
+    fn fold_triangle(&mut self, set: InstructionSet, columns: &[usize], other: &Self) {
+        let n = self.dimension();
+        let (rows, ld) = (columns.len(), columns.len().next_multiple_of(GROUP));
+        let mut block = vec![0.0; ld * (n + 1)];
+        for (local, &column) in columns.iter().enumerate() {
+            block[column * ld..][..rows].copy_from_slice(other.r.column(local));
+        }
+        block[n * ld..][..rows].copy_from_slice(&other.d);
+        let (r, d, block) = (&mut self.r, &mut self.d, &mut block);
+        self.rest += set.run(Fold { r, d, block, ld, rows: ld, starts: Some(columns) });
+        self.rest += other.rest;
+    }
+}
+
+/// The number of columns that are zero, where sizes fit and all entries are usable.
+fn check(set: InstructionSet, block: &[f64], rows: usize, ld: usize, columns: usize) -> Result<usize, LinalgError> {
+    same_size(ld * columns, block.len())?;
+    if rows > ld {
+        return Err(LinalgError::Shape { expected: ld, found: rows });
+    }
+    set.run(Scan { block, ld, rows }).ok_or(LinalgError::NotFinite)
 }
 
 /// Finite, and small enough to be squared and summed.
@@ -185,103 +260,4 @@ fn all_usable(entries: &[f64]) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    /// A block of `rows` × (n + 1) filled from a list.
-    fn block(rows: usize, n: usize, entries: &[f64]) -> Matrix {
-        Matrix::from_columns(rows, &(0..=n).map(|j| &entries[j * rows..(j + 1) * rows]).collect::<Vec<_>>())
-    }
-
-    fn close(a: f64, b: f64, scale: f64) -> bool {
-        (a - b).abs() <= 1e-13 * scale
-    }
-
-    proptest! {
-        /// ‖J δ + r‖² is the same by rows and by factor, however the rows are cut, and RᵀR = JᵀJ.
-        #[test]
-        fn keeps_every_sum_of_squares(
-            rows in 1_usize..20, n in 1_usize..6, cut in 0_usize..20,
-            entries in prop::collection::vec(-1.0..1.0_f64, 20 * 6), delta in prop::collection::vec(-2.0..2.0_f64, 6),
-        ) {
-            let whole = block(rows, n, &entries);
-            let cut = cut.min(rows);
-            let part = |range: std::ops::Range<usize>| {
-                Matrix::from_columns(range.len(), &(0..=n).map(|j| &whole.column(j)[range.clone()]).collect::<Vec<_>>())
-            };
-            let (mut once, mut twice) = (SquareRootInformation::new(n), SquareRootInformation::new(n));
-            let (mut head, mut tail) = (SquareRootInformation::new(n), SquareRootInformation::new(n));
-            once.absorb(&mut whole.clone()).unwrap();
-            twice.absorb(&mut part(0..cut)).unwrap();
-            twice.absorb(&mut part(cut..rows)).unwrap();
-            head.absorb(&mut part(0..cut)).unwrap();
-            tail.absorb(&mut part(cut..rows)).unwrap();
-            head.merge(&tail).unwrap();
-
-            let mut at = delta[..n].to_vec();
-            at.push(1.0);
-            let residual = whole.mul_vec(&at);
-            let expected = 0.5 * dot(&residual, &residual);
-            let j = Matrix::from_columns(rows, &(0..n).map(|j| whole.column(j)).collect::<Vec<_>>());
-            let gradient = j.transpose_mul_vec(whole.column(n));
-            for information in [&once, &twice, &head] {
-                prop_assert!(close(information.cost_at(&delta[..n]), expected, 1.0 + expected));
-                prop_assert!(close(information.cost(), information.cost_at(&vec![0.0; n]), 1.0 + expected));
-                prop_assert_eq!(information.rows(), rows);
-                let gram = information.r().transpose().mul(information.r());
-                let wanted = j.transpose().mul(&j);
-                for (a, b) in gram.as_slice().iter().zip(wanted.as_slice()) {
-                    prop_assert!(close(*a, *b, 20.0));
-                }
-                for (a, b) in information.gradient().iter().zip(&gradient) {
-                    prop_assert!(close(*a, *b, 20.0));
-                }
-                for k in 0..n {
-                    prop_assert!(information.r().column(k)[k + 1..].iter().all(|&entry| entry == 0.0));
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn refuses_what_is_not_finite_and_stays_as_it_was() {
-        let mut information = SquareRootInformation::new(1);
-        information.absorb(&mut Matrix::from_rows(2, &[[2.0, 1.0]])).unwrap();
-        let before = information.clone();
-        for bad in [f64::NAN, f64::INFINITY, 1e200] {
-            assert_eq!(information.absorb(&mut Matrix::from_rows(2, &[[bad, 1.0]])), Err(LinalgError::NotFinite));
-            assert_eq!(information.absorb(&mut Matrix::from_rows(2, &[[1.0, bad]])), Err(LinalgError::NotFinite));
-        }
-        assert!(information.absorb(&mut Matrix::zeros(1, 3)).is_err());
-        assert!(information.merge(&SquareRootInformation::new(2)).is_err());
-        assert_eq!(information, before);
-    }
-
-    #[test]
-    fn large_and_small_entries_keep_their_digits() {
-        for unit in [1e149, 1e-149, 1e-200] {
-            let mut information = SquareRootInformation::new(2);
-            let mut rows = Matrix::from_rows(3, &[[3.0 * unit, 0.0, 1.0], [4.0 * unit, 5.0 * unit, 2.0]]);
-            information.absorb(&mut rows).unwrap();
-            assert!((information.r()[(0, 0)].abs() / (5.0 * unit) - 1.0).abs() < 1e-15);
-            assert!((information.r()[(1, 1)].abs() / (3.0 * unit) - 1.0).abs() < 1e-15);
-            assert!(information.rest() < 1e-28);
-        }
-    }
-
-    #[test]
-    fn parts_round_trip() {
-        let mut information = SquareRootInformation::new(2);
-        information.absorb(&mut Matrix::from_rows(3, &[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 9.0, 9.0]])).unwrap();
-        let again = SquareRootInformation::from_parts(
-            information.r().clone(),
-            information.d().to_vec(),
-            information.rest(),
-            information.rows(),
-        );
-        assert_eq!(again.as_ref(), Ok(&information));
-        assert!(SquareRootInformation::from_parts(Matrix::zeros(2, 2), vec![0.0; 2], -1.0, 0).is_err());
-        assert!(SquareRootInformation::from_parts(Matrix::zeros(2, 2), vec![f64::NAN; 2], 0.0, 0).is_err());
-    }
-}
+mod tests;

@@ -87,16 +87,15 @@ impl Matrix {
         (&mut head[k * self.rows..(k + 1) * self.rows], &mut tail[..self.rows])
     }
 
-    /// Column k to be read and column j > k to be changed.
-    pub(super) fn pair_mut(&mut self, k: usize, j: usize) -> (&[f64], &mut [f64]) {
-        let (read, change) = self.both_mut(k, j);
-        (read, change)
-    }
-
     /// All entries, column by column.
     #[must_use]
     pub fn as_slice(&self) -> &[f64] {
         &self.data
+    }
+
+    /// All entries, column by column, to be changed.
+    pub(super) fn as_mut_slice(&mut self) -> &mut [f64] {
+        &mut self.data
     }
 
     /// Whether every entry is finite.

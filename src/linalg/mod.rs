@@ -16,6 +16,7 @@
 mod bounded;
 mod information;
 mod matrix;
+mod reflect;
 mod svd;
 mod triangular;
 
