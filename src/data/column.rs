@@ -1,13 +1,14 @@
 //! A column of readings as a file has it, and the numbers that phical computes with.
 
 use crate::compile::Input;
-use crate::unit::{Base, TABLE, Unit, Units, nearest};
+use crate::unit::{Base, Conversion, TABLE, Unit, Units, nearest};
 
 /// Converts between what stands in a column and internal units, from which the column's bias is subtracted.
 #[derive(Clone, Copy, Debug)]
 pub struct Column {
     units: Units,
     unit: Unit,
+    conversion: Conversion,
     bias: f64,
 }
 
@@ -15,13 +16,13 @@ impl Column {
     /// The column of an input. One of degrees, minutes and seconds counts in radians here.
     #[must_use]
     pub fn new(units: &Units, input: &Input) -> Self {
-        Column { units: *units, unit: input.unit, bias: input.bias }
+        Column { units: *units, unit: input.unit, conversion: units.conversion(input.unit), bias: input.bias }
     }
 
     /// A number of the column in internal units, less the bias.
     #[must_use]
     pub fn to_internal(&self, value: f64) -> f64 {
-        self.units.to_internal(value, self.unit) - self.bias
+        self.conversion.to_internal(value) - self.bias
     }
 
     /// The number of the column that [`to_internal`](Self::to_internal) takes to `reading`, or the nearest to it.
@@ -61,7 +62,8 @@ mod tests {
     use super::*;
 
     fn column(unit: &str, bias: f64) -> Column {
-        Column { units: Units::default(), unit: Unit::parse(unit).unwrap(), bias }
+        let (units, unit) = (Units::default(), Unit::parse(unit).unwrap());
+        Column { units, unit, conversion: units.conversion(unit), bias }
     }
 
     #[test]

@@ -1,28 +1,41 @@
 //! From the files of a measurement to a table.
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Cursor, Read};
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
-use csv::{ByteRecord, ReaderBuilder};
-
-use super::cell::{self, Wrong};
-use super::column::Column;
-use super::heading::{Origin, Plan, Reading, unit_name};
+use super::ahead::Ahead;
+use super::heading::Reading;
+use super::intake::Intake;
 use super::lines::Lines;
+use super::records::{Record, Records};
 use super::table::Table;
-use crate::compile::{Input, Measurement, Program};
+use crate::compile::Program;
 use crate::diag::{Code, DataPlace, Diagnostic, Diagnostics};
 use crate::model::DataFile;
-use crate::unit::{Dimension, Unit};
 
 /// The path that stands for standard input.
 pub const STANDARD_INPUT: &str = "-";
 
-/// Mistakes of one file that are reported one by one.
-const MOST_MISTAKES: usize = 20;
+/// What the files of a measurement say.
+#[derive(Clone, Debug)]
+pub struct Data {
+    /// All their rows.
+    pub table: Table,
+    /// The files that were there, in the order of the rows.
+    pub files: Vec<FileRead>,
+}
 
-const BUFFER: usize = 1 << 16;
+/// A file that was read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileRead {
+    /// The file, as given.
+    pub file: String,
+    /// How many rows it has.
+    pub rows: usize,
+    /// SHA-256 of its bytes, in hexadecimal digits.
+    pub fingerprint: String,
+}
 
 /// Reads the files of a measurement, with paths relative to `directory`, into one table.
 ///
@@ -35,8 +48,20 @@ pub fn read(
     directory: &Path,
     diagnostics: &mut Diagnostics,
 ) -> Option<Table> {
+    read_files(program, measurement, files, directory, diagnostics).map(|data| data.table)
+}
+
+/// The same as [`read`], with what is worth knowing of each file. Every file is read once.
+pub fn read_files(
+    program: &Program,
+    measurement: usize,
+    files: &[DataFile],
+    directory: &Path,
+    diagnostics: &mut Diagnostics,
+) -> Option<Data> {
     let declared = &program.measurements[measurement];
-    let mut table = Table::new(declared.keys.len(), declared.inputs.len());
+    let table = Table::new(declared.keys.len(), declared.inputs.len());
+    let mut data = Data { table, files: Vec::new() };
     let mut found = Diagnostics::new();
     for file in files {
         let given = file.file.value.as_str();
@@ -44,32 +69,36 @@ pub fn read(
         let name = if given == STANDARD_INPUT { "standard input".to_owned() } else { path.display().to_string() };
         let reading = Reading { program, measurement: declared, file, name: &name };
         if given == STANDARD_INPUT {
-            read_from(&reading, io::stdin().lock(), &mut table, &mut found);
+            data.take(&reading, io::stdin(), &mut found);
             continue;
         }
         match File::open(&path) {
-            Ok(open) => read_from(&reading, open, &mut table, &mut found),
+            Ok(open) => data.take(&reading, open, &mut found),
             Err(error) => found.push(cannot_open(&reading, &error)),
         }
     }
-    found.extend(large_angles(declared, &table));
     let failed = found.has_errors();
     diagnostics.extend(found);
-    (!failed).then_some(table)
+    if !failed {
+        diagnostics.extend(data.table.refused());
+    }
+    (!failed).then_some(data)
 }
 
-/// Columns declared in radians that read more than two turns, which no instrument does: they are in degrees or gon.
-fn large_angles(declared: &Measurement, table: &Table) -> Vec<Diagnostic> {
-    let radians = Unit { factor: 1.0, dimension: Dimension::ANGLE };
-    let suspicious = |(i, input): (usize, &Input)| {
-        let large = |row: &usize| table.row(*row)[i].abs() > 2.0 * std::f64::consts::TAU;
-        let row = (0..table.rows()).find(large).filter(|_| input.unit == radians && !input.dms)?;
-        let message = format!("the column `{}` reads {} rad, more than two turns", input.name, table.row(row)[i]);
-        let place = DataPlace { column: Some(input.name.clone()), ..table.place(row) };
-        let hint = "if it is in degrees or gon, declare `unit: \"deg\"` or `unit: \"gon\"`";
-        Some(Diagnostic::warning(Code::LargeAngle, message).at_data(place).hint(hint))
-    };
-    declared.inputs.iter().enumerate().filter_map(suspicious).collect()
+impl Data {
+    /// Reads one file.
+    fn take(&mut self, reading: &Reading, input: impl Read + Send + 'static, found: &mut Diagnostics) {
+        let before = self.table.rows();
+        let mut input = match Ahead::new(input) {
+            Ok(input) => input,
+            Err(error) => return found.push(unreadable(reading, &error)),
+        };
+        read_from(reading, &mut input, &mut self.table, found);
+        // where the end was not reached, it is said why
+        let Some(fingerprint) = input.fingerprint() else { return };
+        let (file, rows) = (reading.file.file.value.clone(), self.table.rows() - before);
+        self.files.push(FileRead { file, rows, fingerprint });
+    }
 }
 
 fn cannot_open(reading: &Reading, error: &io::Error) -> Diagnostic {
@@ -80,66 +109,60 @@ fn cannot_open(reading: &Reading, error: &io::Error) -> Diagnostic {
         }
         io::ErrorKind::NotFound => Diagnostic::error(Code::DataFileMissing, format!("there is no file `{name}`"))
             .hint("paths in a model are relative to the model file"),
-        _ => Diagnostic::error(Code::UnreadableFile, format!("`{name}` cannot be read: {error}")),
+        _ => return unreadable(reading, error),
     };
     found.at_data(DataPlace::file(name))
 }
 
 /// Reads one file. With mistakes the table may have part of its rows.
-pub(super) fn read_from(reading: &Reading, input: impl Read, table: &mut Table, found: &mut Diagnostics) {
-    let mut lines = BufReader::with_capacity(BUFFER, Lines::new(BufReader::with_capacity(BUFFER, input)));
-    let unreadable = |error: &dyn std::error::Error| {
-        let message = format!("`{}` cannot be read: {error}", reading.name);
-        Diagnostic::error(Code::UnreadableFile, message).at_data(DataPlace::file(reading.name))
-    };
+pub(super) fn read_from(reading: &Reading, input: impl BufRead, table: &mut Table, found: &mut Diagnostics) {
+    let mut lines = BufReader::new(Lines::new(input));
     let (head, delimiter) = match head(&mut lines, reading.file.columns.len()) {
         Ok(found) => found,
-        Err(error) => return found.push(unreadable(&error)),
+        Err(error) => return found.push(unreadable(reading, &error)),
     };
-    let mut reader = ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .comment(Some(b'#'))
-        .delimiter(delimiter)
-        .buffer_capacity(BUFFER)
-        .from_reader(Cursor::new(head).chain(lines));
+    let mut records = Records::new(head, lines, delimiter);
 
     table.begin(reading.name);
-    let mut rows: Option<Rows> = None;
+    let mut rows: Option<Intake> = None;
     let mut skip = reading.file.header && !reading.file.columns.is_empty();
-    let mut record = ByteRecord::new();
     if !reading.file.columns.is_empty() {
         let names: Vec<String> = reading.file.columns.iter().map(|name| name.value.trim().to_owned()).collect();
         let Some(plan) = reading.plan(&names, None, found) else { return };
-        rows = Some(Rows::new(reading, plan, names));
+        rows = Some(Intake::new(reading, plan, names));
     }
     loop {
-        match reader.read_byte_record(&mut record) {
+        match records.advance() {
             Ok(true) => {}
             Ok(false) => break,
-            Err(error) => return found.push(unreadable(&error)),
+            Err(error) => return found.push(unreadable(reading, &error)),
         }
-        if record.len() == 1 && record.as_slice().trim_ascii().is_empty() {
+        let (record, line) = (records.record(), records.line());
+        if record.len() == 1 && record.text.trim_ascii().is_empty() {
             continue;
         }
         if std::mem::take(&mut skip) {
             continue;
         }
-        let line = first_line(&record, reader.position().line());
         match &mut rows {
-            Some(rows) => rows.take(&record, line, table, found),
+            Some(rows) => rows.take(record, line, table, found),
             None => {
-                let Some(names) = heading(reading, &record, line, found) else { return };
+                let Some(names) = heading(reading, record, line, found) else { return };
                 let Some(plan) = reading.plan(&names, Some(line), found) else { return };
-                rows = Some(Rows::new(reading, plan, names));
+                rows = Some(Intake::new(reading, plan, names));
             }
         }
     }
     match rows {
-        Some(rows) if rows.count > 0 => rows.finish(found),
+        Some(rows) if rows.count() > 0 => rows.finish(table, found),
         Some(_) => found.push(no_rows(reading, "there is no row of data")),
         None => found.push(no_rows(reading, "the file is empty: it has no heading")),
     }
+}
+
+fn unreadable(reading: &Reading, error: &dyn std::error::Error) -> Diagnostic {
+    let message = format!("`{}` cannot be read: {error}", reading.name);
+    Diagnostic::error(Code::UnreadableFile, message).at_data(DataPlace::file(reading.name))
 }
 
 fn no_rows(reading: &Reading, message: &str) -> Diagnostic {
@@ -173,129 +196,13 @@ fn delimiter(line: &[u8], columns: usize) -> u8 {
     fits.or_else(|| KNOWN.into_iter().find(|&delimiter| count(delimiter) > 0)).unwrap_or(b',')
 }
 
-/// The line on which a record begins, where the reader is at line `after`. All lines end with `\n` here.
-fn first_line(record: &ByteRecord, after: u64) -> usize {
-    let text = record.as_slice();
-    let inside = text.iter().filter(|&&byte| byte == b'\n').count();
-    // a quote that is never closed has swallowed its own line's end too
-    let own = usize::from(text.last() != Some(&b'\n'));
-    usize::try_from(after).unwrap_or(usize::MAX).saturating_sub(inside + own).max(1)
-}
-
-fn heading(reading: &Reading, record: &ByteRecord, line: usize, found: &mut Diagnostics) -> Option<Vec<String>> {
+fn heading(reading: &Reading, record: Record, line: usize, found: &mut Diagnostics) -> Option<Vec<String>> {
     let names: Option<Vec<String>> =
-        record.iter().map(|name| std::str::from_utf8(name).ok().map(|name| name.trim().to_owned())).collect();
+        record.cells().map(|name| std::str::from_utf8(name).ok().map(|name| name.trim().to_owned())).collect();
     if names.is_none() {
         let place = DataPlace { line: Some(line), ..DataPlace::file(reading.name) };
         let wrong = Diagnostic::error(Code::UnreadableFile, "the heading is not UTF-8 text").at_data(place);
         found.push(wrong.hint("save the file again as UTF-8"));
     }
     names
-}
-
-/// Rows on their way into the table.
-struct Rows<'a> {
-    reading: &'a Reading<'a>,
-    plan: Plan,
-    names: Vec<String>,
-    columns: Vec<Column>,
-    units: Vec<String>,
-    /// rows seen, good or not
-    count: usize,
-    readings: Vec<f64>,
-    mistakes: usize,
-    /// the first mistake that is counted only
-    hidden: Option<(Code, DataPlace)>,
-}
-
-impl<'a> Rows<'a> {
-    fn new(reading: &'a Reading<'a>, plan: Plan, names: Vec<String>) -> Self {
-        let inputs = &reading.measurement.inputs;
-        Rows {
-            reading,
-            plan,
-            names,
-            columns: inputs.iter().map(|input| Column::new(&reading.program.units, input)).collect(),
-            units: inputs.iter().map(|input| unit_name(reading.program, input)).collect(),
-            count: 0,
-            readings: Vec::with_capacity(inputs.len()),
-            mistakes: 0,
-            hidden: None,
-        }
-    }
-
-    fn take(&mut self, record: &ByteRecord, line: usize, table: &mut Table, found: &mut Diagnostics) {
-        self.count += 1;
-        if record.len() != self.names.len() {
-            let message = format!("the row has {} fields, and there are {} columns", record.len(), self.names.len());
-            let hint = Some("a decimal comma, a missing value and a missing quote are the usual causes".to_owned());
-            return self.mistake(Wrong { code: Code::FieldCount, message, hint }, line, None, found);
-        }
-        let before = self.mistakes;
-        self.readings.clear();
-        for i in 0..self.plan.inputs.len() {
-            let value = match self.plan.inputs[i] {
-                Origin::Whole(value) => value,
-                Origin::Cell(at) => match self.reading(i, &record[at]) {
-                    Ok(value) => value,
-                    Err(wrong) => {
-                        self.mistake(wrong, line, Some((at, &record[at])), found);
-                        0.0
-                    }
-                },
-            };
-            self.readings.push(value);
-        }
-        for k in 0..self.plan.keys.len() {
-            if let Origin::Cell(at) = self.plan.keys[k]
-                && let Err(wrong) = cell::text(&record[at])
-            {
-                self.mistake(wrong, line, Some((at, &record[at])), found);
-            }
-        }
-        if self.mistakes > before {
-            return;
-        }
-        let name = |k: usize| match &self.plan.keys[k] {
-            Origin::Whole(name) => name.as_str(),
-            Origin::Cell(at) => cell::text(&record[*at]).unwrap_or_default(),
-        };
-        table.push_with(name, &self.readings, Some(line));
-    }
-
-    /// The reading of input `i` in internal units.
-    fn reading(&self, i: usize, cell: &[u8]) -> Result<f64, Wrong> {
-        let value = match self.reading.measurement.inputs[i].dms {
-            true => cell::angle(cell)?,
-            false => cell::number(cell, &self.units[i])?,
-        };
-        let reading = self.columns[i].to_internal(value);
-        if reading.is_finite() { Ok(reading) } else { Err(cell::not_finite(cell)) }
-    }
-
-    fn mistake(&mut self, wrong: Wrong, line: usize, cell: Option<(usize, &[u8])>, found: &mut Diagnostics) {
-        self.mistakes += 1;
-        let place = DataPlace {
-            file: self.reading.name.to_owned(),
-            line: Some(line),
-            row: Some(self.count),
-            column: cell.map(|(at, _)| self.names[at].clone()),
-            value: cell.map(|(_, value)| cell::shown(value)),
-        };
-        if self.mistakes > MOST_MISTAKES {
-            self.hidden.get_or_insert((wrong.code, place));
-            return;
-        }
-        found.push(Diagnostic::error(wrong.code, wrong.message).at_data(place).maybe_hint(wrong.hint));
-    }
-
-    /// Says how many mistakes have not been said.
-    fn finish(self, found: &mut Diagnostics) {
-        if let Some((code, place)) = self.hidden {
-            let more = self.mistakes - MOST_MISTAKES;
-            let message = format!("{more} more mistake{} from here on", if more == 1 { "" } else { "s" });
-            let place = DataPlace { column: None, value: None, ..place };
-            found.push(Diagnostic::error(code, message).at_data(place));
-        }
-    }
 }

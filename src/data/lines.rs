@@ -2,6 +2,8 @@
 
 use std::io::{self, BufRead, Read};
 
+use memchr::memchr;
+
 /// Reads bytes with `\r\n` and `\r` turned into `\n`, and one at the end where it lacks.
 #[derive(Debug)]
 pub(super) struct Lines<R> {
@@ -23,6 +25,7 @@ impl<R: BufRead> Read for Lines<R> {
         if into.is_empty() {
             return Ok(0);
         }
+        let mut given = 0;
         loop {
             let have = self.from.fill_buf()?;
             if have.is_empty() {
@@ -33,26 +36,27 @@ impl<R: BufRead> Read for Lines<R> {
                 into[0] = b'\n';
                 return Ok(1);
             }
-            if std::mem::take(&mut self.after_return) && have[0] == b'\n' {
-                self.from.consume(1);
-                continue;
-            }
-            let most = have.len().min(into.len());
-            let (taken, given) = match have[..most].iter().position(|&byte| byte == b'\r') {
-                None => {
-                    into[..most].copy_from_slice(&have[..most]);
-                    (most, most)
+            let mut taken = 0;
+            while taken < have.len() && given < into.len() {
+                if std::mem::take(&mut self.after_return) && have[taken] == b'\n' {
+                    taken += 1;
+                    continue;
                 }
-                Some(at) => {
-                    into[..at].copy_from_slice(&have[..at]);
-                    into[at] = b'\n';
+                let most = (have.len() - taken).min(into.len() - given);
+                let plain = memchr(b'\r', &have[taken..taken + most]).unwrap_or(most);
+                into[given..given + plain].copy_from_slice(&have[taken..taken + plain]);
+                (taken, given) = (taken + plain, given + plain);
+                if plain < most {
+                    into[given] = b'\n';
                     self.after_return = true;
-                    (at + 1, at + 1)
+                    (taken, given) = (taken + 1, given + 1);
                 }
-            };
-            self.ended = into[given - 1] == b'\n';
+            }
             self.from.consume(taken);
-            return Ok(given);
+            if given > 0 {
+                self.ended = into[given - 1] == b'\n';
+                return Ok(given);
+            }
         }
     }
 }

@@ -7,19 +7,28 @@
 //! that begin with `#` skipped, a byte-order mark too; lines end as they like; where the heading has semicolons or tabs instead of
 //! commas, those separate. A heading may say the unit again, `hzL1 [deg]`, and then has to say the declared one.
 
+mod ahead;
 mod cell;
 mod column;
 mod csv;
 mod heading;
+mod intake;
 mod lines;
+mod names;
 mod output;
+mod positional;
+mod records;
+mod rows;
+mod store;
 mod table;
 #[cfg(test)]
 mod tests;
 mod write;
 
-pub use self::csv::{STANDARD_INPUT, read};
+pub use self::csv::{Data, FileRead, STANDARD_INPUT, read, read_files};
+pub use ahead::fingerprint;
 pub use column::Column;
 pub use output::{Output, make_directory};
+pub use rows::{Buffer, Row, Rows};
 pub use table::Table;
 pub use write::{write, write_to};

@@ -1,55 +1,52 @@
 //! A table of readings.
 
-use std::collections::HashMap;
+use std::borrow::Cow;
+use std::io;
+use std::ops::Range;
 
-use crate::diag::DataPlace;
+use super::names::Names;
+use super::rows::{Buffer, Row, Rows};
+use super::store::{IN_MEMORY, Store};
+use crate::diag::{Code, DataPlace, Diagnostic};
+
+/// Rows that are copied from table to table at once.
+const PIECE: usize = 1024;
 
 /// The rows of one measurement: readings in internal units, names of the key columns, and where each row stands.
 ///
+/// Whatever the number of rows, no more than eight megabytes of them are in memory; the others are in a temporary file. So a
+/// table is read in pieces, by any number of threads at once:
+///
 /// ```
-/// use phical::data::Table;
+/// use phical::data::{Buffer, Table};
 /// let mut table = Table::new(1, 2);
 /// table.begin("front.csv");
 /// table.push(&["a"], &[1.0, 2.0], Some(2));
 /// table.push(&["b"], &[3.0, 4.0], Some(3));
-/// assert_eq!((table.rows(), table.row(1), table.key(1, 0)), (2, &[3.0, 4.0][..], "b"));
+///
+/// let mut buffer = Buffer::default(); // one for all pieces
+/// let rows = table.read(0..2, &mut buffer)?;
+/// assert_eq!((rows.readings(), rows.row(1)), (&[1.0, 2.0, 3.0, 4.0][..], &[3.0, 4.0][..]));
+/// assert_eq!(table.names(0)[rows.keys(1)[0] as usize], "b");
+///
+/// assert_eq!(table.row(1), [3.0, 4.0]);
+/// assert_eq!((table.rows(), table.key(1, 0)), (2, "b"));
 /// assert_eq!((table.place(1).line, table.place(1).row), (Some(3), Some(2)));
+/// # Ok::<(), std::io::Error>(())
 /// ```
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Table {
-    width: usize,
-    readings: Vec<f64>,
     keys: Vec<Names>,
-    /// the line of each row, zero where it is not known
-    lines: Vec<u32>,
+    /// of each row its readings, the number of its name in each key column, and its line, zero where it is not known
+    store: Store,
     /// each file, and the first row that came from it
     files: Vec<(String, usize)>,
 }
 
-/// A column of names, each stored once.
-#[derive(Clone, Debug, Default)]
-struct Names {
-    names: Vec<String>,
-    known: HashMap<String, u32>,
-    rows: Vec<u32>,
-}
-
-impl Names {
-    /// The number of a name, new or known.
-    fn intern(&mut self, name: &str) -> u32 {
-        // neighbouring rows mostly have the same name
-        if let Some(&last) = self.rows.last()
-            && self.names.get(last as usize).is_some_and(|known| known == name)
-        {
-            return last;
-        }
-        if let Some(&known) = self.known.get(name) {
-            return known;
-        }
-        let number = u32::try_from(self.names.len()).unwrap_or(u32::MAX);
-        self.names.push(name.to_owned());
-        self.known.insert(name.to_owned(), number);
-        number
+/// A table without columns and rows.
+impl Default for Table {
+    fn default() -> Self {
+        Table::new(0, 0)
     }
 }
 
@@ -57,7 +54,13 @@ impl Table {
     /// A table without rows, for so many key columns and inputs.
     #[must_use]
     pub fn new(keys: usize, inputs: usize) -> Self {
-        Table { width: inputs, keys: vec![Names::default(); keys], ..Table::default() }
+        Table::with_bound(keys, inputs, IN_MEMORY)
+    }
+
+    /// The same that keeps no more than so many bytes of rows in memory.
+    pub(super) fn with_bound(keys: usize, inputs: usize, bytes: usize) -> Self {
+        let store = Store::new(inputs, keys + 1, bytes);
+        Table { keys: vec![Names::default(); keys], store, files: Vec::new() }
     }
 
     /// Says from which file the rows come that are pushed from now on.
@@ -71,78 +74,117 @@ impl Table {
     ///
     /// Where there are not as many names and readings as the table has columns.
     pub fn push(&mut self, keys: &[&str], readings: &[f64], line: Option<usize>) {
-        assert_eq!((keys.len(), readings.len()), (self.keys.len(), self.width), "a row has one value for each column");
+        assert_eq!(
+            (keys.len(), readings.len()),
+            (self.keys.len(), self.width()),
+            "a row has one value for each column"
+        );
         self.push_with(|k| keys[k], readings, line);
     }
 
     /// Adds a row of which `name` gives the name in each key column, and which has as many readings as the table.
     pub(crate) fn push_with<'k>(&mut self, name: impl Fn(usize) -> &'k str, readings: &[f64], line: Option<usize>) {
-        for (k, column) in self.keys.iter_mut().enumerate() {
-            let number = column.intern(name(k));
-            column.rows.push(number);
-        }
-        self.readings.extend_from_slice(readings);
-        self.lines.push(line.and_then(|line| u32::try_from(line).ok()).unwrap_or(0));
+        let line = line.and_then(|line| u32::try_from(line).ok()).unwrap_or(0);
+        let names = self.keys.iter_mut().enumerate().map(|(k, column)| column.intern(name(k)));
+        self.store.push(readings, names.chain([line]));
     }
 
     /// Adds the rows of another table of the same columns.
     ///
+    /// # Errors
+    ///
+    /// Where the other one's temporary file cannot be read.
+    ///
     /// # Panics
     ///
     /// Where the other one has not as many columns.
-    pub fn append(&mut self, other: &Table) {
-        assert_eq!((self.keys.len(), self.width), (other.keys.len(), other.width), "tables of the same columns");
+    pub fn append(&mut self, other: &Table) -> io::Result<()> {
+        assert_eq!((self.keys.len(), self.width()), (other.keys.len(), other.width()), "tables of the same columns");
         let before = self.rows();
         self.files.extend(other.files.iter().map(|(name, first)| (name.clone(), before + first)));
-        for (column, more) in self.keys.iter_mut().zip(&other.keys) {
-            let numbers: Vec<u32> = more.names.iter().map(|name| column.intern(name)).collect();
-            column.rows.extend(more.rows.iter().map(|&row| numbers[row as usize]));
+        let numbers: Vec<Vec<u32>> = self
+            .keys
+            .iter_mut()
+            .zip(&other.keys)
+            .map(|(column, more)| more.all().iter().map(|name| column.intern(name)).collect())
+            .collect();
+        let mut buffer = Buffer::default();
+        for first in (0..other.rows()).step_by(PIECE) {
+            let rows = other.read(first..other.rows().min(first + PIECE), &mut buffer)?;
+            for i in 0..rows.len() {
+                let line = rows.line(i).and_then(|line| u32::try_from(line).ok()).unwrap_or(0);
+                let keys = rows.keys(i).iter().zip(&numbers).map(|(&key, numbers)| numbers[key as usize]);
+                self.store.push(rows.row(i), keys.chain([line]));
+            }
         }
-        self.readings.extend_from_slice(&other.readings);
-        self.lines.extend_from_slice(&other.lines);
+        Ok(())
     }
 
     /// How many rows there are.
     #[must_use]
     pub fn rows(&self) -> usize {
-        self.lines.len()
+        self.store.rows()
     }
 
     /// How many readings a row has.
     #[must_use]
     pub fn width(&self) -> usize {
-        self.width
+        self.store.width()
     }
 
-    /// All readings in internal units, row after row.
+    /// Consecutive rows. Those in memory are given as they are, those in the temporary file are read into the buffer, which is
+    /// best used again for the next piece.
+    ///
+    /// # Errors
+    ///
+    /// Where the temporary file cannot be read; [`unreadable`](Self::unreadable) says so to the user.
+    ///
+    /// # Panics
+    ///
+    /// Where the table has not all these rows.
+    pub fn read<'a>(&'a self, rows: Range<usize>, buffer: &'a mut Buffer) -> io::Result<Rows<'a>> {
+        self.store.read(rows, buffer)
+    }
+
+    /// What there is to say where [`read`](Self::read) fails.
     #[must_use]
-    pub fn readings(&self) -> &[f64] {
-        &self.readings
+    pub fn unreadable(error: &io::Error) -> Diagnostic {
+        Diagnostic::error(Code::UnreadableFile, format!("the temporary file of rows cannot be read: {error}"))
     }
 
-    /// The readings of a row, in the order of the measurement's inputs.
+    /// What there is to say where no temporary file could be written, so that all further rows are in memory.
     #[must_use]
-    pub fn row(&self, row: usize) -> &[f64] {
-        &self.readings[row * self.width..(row + 1) * self.width]
+    pub fn refused(&self) -> Option<Diagnostic> {
+        let why = self.store.refused()?;
+        let message = format!("rows are kept in memory, for no temporary file can be written: {why}");
+        let hint = "make room in the directory for temporary files, or name another by `TMPDIR`";
+        Some(Diagnostic::warning(Code::RowsInMemory, message).hint(hint))
     }
 
-    /// The name in a key column.
+    /// The readings of a row, in the order of the measurement's inputs. One that cannot be read from the temporary file is
+    /// not a number. All rows are better read by [`read`](Self::read).
+    #[must_use]
+    pub fn row(&self, row: usize) -> Row<'_> {
+        let fetched = || self.store.fetch(row).unwrap_or_else(|_| vec![f64::NAN; self.width()]);
+        Row(self.store.held(row).map_or_else(|| Cow::Owned(fetched()), Cow::Borrowed))
+    }
+
+    /// The name in a key column; empty where it cannot be read from the temporary file.
     #[must_use]
     pub fn key(&self, row: usize, column: usize) -> &str {
-        let names = &self.keys[column];
-        &names.names[names.rows[row] as usize]
+        self.names(column).get(self.key_index(row, column) as usize).map_or("", String::as_str)
     }
 
-    /// The number of that name in [`names`](Self::names).
+    /// The number of that name in [`names`](Self::names); the largest there is where it cannot be read from the temporary file.
     #[must_use]
     pub fn key_index(&self, row: usize, column: usize) -> u32 {
-        self.keys[column].rows[row]
+        self.store.number(row, column).unwrap_or(u32::MAX)
     }
 
     /// The distinct names of a key column, in the order of their first appearance.
     #[must_use]
     pub fn names(&self, column: usize) -> &[String] {
-        &self.keys[column].names
+        self.keys[column].all()
     }
 
     /// Where a row stands: its file, the line where that is known, and the row of that file counted from one.
@@ -151,8 +193,13 @@ impl Table {
         // of files without rows that begin at the same row, the last one has it
         let file = self.files.partition_point(|(_, first)| *first <= row).checked_sub(1).map(|at| &self.files[at]);
         let (name, first) = file.map_or(("", 0), |(name, first)| (name.as_str(), *first));
-        let line = self.lines.get(row).map(|&line| line as usize).filter(|&line| line > 0);
-        DataPlace { line, row: Some(row - first + 1), ..DataPlace::file(name) }
+        let line = (row < self.rows()).then(|| self.store.number(row, self.keys.len()).unwrap_or(0) as usize);
+        DataPlace { line: line.filter(|&line| line > 0), row: Some(row - first + 1), ..DataPlace::file(name) }
+    }
+
+    #[cfg(test)]
+    pub(super) fn store(&self) -> &Store {
+        &self.store
     }
 }
 
@@ -172,8 +219,8 @@ mod tests {
     #[test]
     fn appended_tables_share_names_and_keep_their_places() {
         let mut table = of("one.csv", &["a", "b", "b"]);
-        table.append(&of("none.csv", &[]));
-        table.append(&of("two.csv", &["c", "a"]));
+        table.append(&of("none.csv", &[])).unwrap();
+        table.append(&of("two.csv", &["c", "a"])).unwrap();
         assert_eq!(table.names(0), ["a", "b", "c"]);
         let all: Vec<&str> = (0..table.rows()).map(|row| table.key(row, 0)).collect();
         assert_eq!(all, ["a", "b", "b", "c", "a"]);
@@ -194,5 +241,18 @@ mod tests {
         table.push(&["b"], &[], None);
         assert_eq!((table.rows(), table.row(1).len(), table.key(1, 0)), (2, 0, "b"));
         assert_eq!(table.place(1), DataPlace { row: Some(2), ..DataPlace::default() });
+    }
+
+    #[test]
+    fn rows_that_cannot_be_written_stay_in_memory() {
+        let mut table = Table::with_bound(1, 1, 100);
+        table.store.fill_disk();
+        for row in 0..50 {
+            table.push(&["a"], &[row as f64], Some(row + 2));
+        }
+        assert_eq!((table.rows(), table.store().in_files()), (50, 0));
+        assert!((0..50).all(|row| table.row(row) == [row as f64] && table.place(row).line == Some(row + 2)));
+        assert_eq!(table.refused().unwrap().code.id(), "W012");
+        assert!(of("a.csv", &["a"]).refused().is_none());
     }
 }

@@ -185,6 +185,8 @@ codes! {
         "A number without a unit stands for more than a turn, or a column reads more than two turns: `alpha: 90` in a model whose angles are in radians is 90 rad. Write `\"90 deg\"`, or declare the column's unit."
     UnusedMember "W011" "a member of a family is in no row"
         "The model states a value for a member that no row of data names, so it takes no part. Names are compared as they stand: `a` is not `A`."
+    RowsInMemory "W012" "rows are kept in memory"
+        "Rows of large files wait in a temporary file, and none can be written: its directory is missing or full. The result is the same, but memory grows with the rows. Make room, or name another directory by the environment variable `TMPDIR`."
 }
 
 #[cfg(test)]

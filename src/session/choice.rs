@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Session, fingerprint};
+use super::Session;
 use crate::data::{self, Table};
 use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::model::{DataFile, DataRole};
@@ -25,8 +25,8 @@ pub struct UsedFile {
     pub measurement: String,
     /// The file, as given.
     pub file: String,
-    /// Of its bytes; none for standard input.
-    pub fingerprint: Option<String>,
+    /// SHA-256 of its bytes, in hexadecimal digits.
+    pub fingerprint: String,
     /// How many rows it has.
     pub rows: usize,
 }
@@ -102,29 +102,15 @@ impl Chosen {
         directory: &Path,
         diagnostics: &mut Diagnostics,
     ) -> Option<Table> {
-        let measurement = &session.program.measurements[index];
-        let mut table = Some(Table::new(measurement.keys.len(), measurement.inputs.len()));
-        for file in files {
-            let read = data::read(&session.program, index, std::slice::from_ref(file), directory, diagnostics);
-            let Some(part) = read else {
-                table = None;
-                continue;
-            };
-            if part.rows() > 0 {
-                let path = directory.join(&file.file.value);
-                let bytes = (file.file.value != data::STANDARD_INPUT).then(|| std::fs::read(&path).ok()).flatten();
-                self.files.push(UsedFile {
-                    measurement: measurement.name.clone(),
-                    file: file.file.value.clone(),
-                    fingerprint: bytes.map(|bytes| fingerprint(&bytes)),
-                    rows: part.rows(),
-                });
-            }
-            if let Some(table) = &mut table {
-                table.append(&part);
-            }
-        }
-        table
+        let read = data::read_files(&session.program, index, files, directory, diagnostics)?;
+        let measurement = &session.program.measurements[index].name;
+        self.files.extend(read.files.into_iter().filter(|file| file.rows > 0).map(|file| UsedFile {
+            measurement: measurement.clone(),
+            file: file.file,
+            fingerprint: file.fingerprint,
+            rows: file.rows,
+        }));
+        Some(read.table)
     }
 }
 

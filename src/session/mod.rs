@@ -29,9 +29,8 @@ pub use timed::Timed;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use sha2::{Digest, Sha256};
-
 use crate::compile::{Program, Scenario, compile};
+use crate::data::fingerprint;
 use crate::diag::{Code, Diagnostic, Diagnostics, Source, did_you_mean};
 use crate::fit;
 use crate::model::{Model, load};
@@ -188,11 +187,6 @@ impl Values {
     pub fn member(&self, name: &str) -> Option<&serde_json::Value> {
         self.json.get("parameters").filter(|p| p.is_array()).and(self.json.get(name))
     }
-}
-
-/// SHA-256 in hexadecimal digits.
-pub fn fingerprint(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn nanoseconds(begun: Instant) -> u64 {

@@ -23,4 +23,4 @@ pub use dimension::{Base, Dimension};
 pub use dms::{DmsError, parse_dms, scan_marked};
 pub use parse::{Unit, UnknownUnit, starts_unit};
 pub use table::{Entry, TABLE};
-pub use units::{Units, UnitsError, nearest};
+pub use units::{Conversion, Units, UnitsError, nearest};

@@ -85,14 +85,21 @@ impl Units {
 
     /// A value given in `unit`, as phical computes with it.
     pub fn to_internal(&self, value: f64, unit: Unit) -> f64 {
-        convert(value, unit.factor, self.internal_factor(unit.dimension))
+        self.conversion(unit).to_internal(value)
+    }
+
+    /// How values given in `unit` become those that phical computes with, for many of them.
+    pub fn conversion(&self, unit: Unit) -> Conversion {
+        Conversion::new(unit.factor, self.internal_factor(unit.dimension))
     }
 
     /// A value as phical computes with it, in `unit`: where there is a double that [`to_internal`](Self::to_internal) takes back
     /// to the same bits, that one.
     pub fn from_internal(&self, value: f64, unit: Unit) -> f64 {
-        let guess = convert(value, self.internal_factor(unit.dimension), unit.factor);
-        nearest(guess, value, |there| self.to_internal(there, unit))
+        let internal = self.internal_factor(unit.dimension);
+        let there = Conversion::new(unit.factor, internal);
+        let guess = Conversion::new(internal, unit.factor).to_internal(value);
+        nearest(guess, value, |value| there.to_internal(value))
     }
 
     /// A value as phical computes with it, in the model's unit of its dimension.
@@ -121,12 +128,30 @@ pub fn nearest(guess: f64, wanted: f64, of: impl Fn(f64) -> f64) -> f64 {
     best
 }
 
-/// `value` in units of size `from`, in units of size `to`.
+/// From values in units of one size to values in units of another, by their ratio.
 ///
 /// The ratio is taken the way it is at least one, where it mostly is a whole number that a double holds exactly: a
 /// conversion between decimal units then rounds once, so that `5 µm` is the double next to 0.005 mm.
-fn convert(value: f64, from: f64, to: f64) -> f64 {
-    if from >= to { value * whole(from / to) } else { value / whole(to / from) }
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conversion {
+    multiply: bool,
+    by: f64,
+}
+
+impl Conversion {
+    fn new(from: f64, to: f64) -> Conversion {
+        if from >= to {
+            Conversion { multiply: true, by: whole(from / to) }
+        } else {
+            Conversion { multiply: false, by: whole(to / from) }
+        }
+    }
+
+    /// A value given in the unit, as phical computes with it.
+    #[must_use]
+    pub fn to_internal(&self, value: f64) -> f64 {
+        if self.multiply { value * self.by } else { value / self.by }
+    }
 }
 
 /// The whole number within rounding of `ratio`, else `ratio`.

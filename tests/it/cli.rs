@@ -359,7 +359,7 @@ fn standard_input_is_data() {
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(0));
     let fit: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(fit["provenance"]["data"][0]["fingerprint"], Value::Null);
+    assert_eq!(fit["provenance"]["data"][0]["fingerprint"], phical::data::fingerprint(ROWS.as_bytes()));
     assert_eq!(fit["provenance"]["data"][0]["rows"], 6);
 }
 

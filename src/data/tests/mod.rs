@@ -3,6 +3,7 @@
 mod mistakes;
 mod reading;
 mod round_trip;
+mod spill;
 
 use std::sync::Arc;
 

@@ -14,7 +14,7 @@ fn residuals(program: &Program, table: &Table, at_truth: bool) -> Vec<Vec<f64>> 
     let measurement = &program.measurements[0];
     let mut leaves = vec![0.0; measurement.leaves];
     Truth::new(program, &scenario, 1).fill(&measurement.slots, &[], &mut leaves);
-    (0..table.rows()).map(|row| measurement.tape.evaluate(&leaves, table.row(row))).collect()
+    (0..table.rows()).map(|row| measurement.tape.evaluate(&leaves, &table.row(row))).collect()
 }
 
 #[test]

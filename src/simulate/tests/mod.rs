@@ -29,5 +29,5 @@ pub(super) fn moments(all: &[f64]) -> (f64, f64) {
 }
 
 pub(super) fn same(one: &Table, other: &Table, rows: usize) -> bool {
-    (0..rows).all(|row| one.row(row).iter().zip(other.row(row)).all(|(a, b)| a.to_bits() == b.to_bits()))
+    (0..rows).all(|row| one.row(row).iter().zip(other.row(row).iter()).all(|(a, b)| a.to_bits() == b.to_bits()))
 }
