@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use crate::diag::{Source, Span};
-use crate::graph::Tape;
+use crate::graph::{Graph, Scalar, Tape};
 use crate::unit::{Dimension, Unit, Units};
 
 /// A compiled model.
@@ -199,10 +199,16 @@ pub struct Measurement {
     pub leaves: usize,
     /// what should be zero, in the order of the tape's outputs
     pub residuals: Vec<Residual>,
+    /// all that the measurement says, over leaves and inputs
+    pub graph: Arc<Graph>,
+    /// the residuals as nodes of the graph
+    pub equations: Vec<Scalar>,
     /// the residuals over leaves and inputs
     pub tape: Tape,
     /// derived quantities, in the order of their tape's outputs
     pub outputs: Vec<Output>,
+    /// the derived quantities as nodes of the graph
+    pub derived: Vec<Scalar>,
     /// the derived quantities over leaves and inputs
     pub output_tape: Tape,
     /// where its data are, as the model says

@@ -45,6 +45,12 @@ impl Graph {
         self.apply(Operation::Div, x, y)
     }
 
+    /// 1/x
+    pub fn recip(&mut self, x: Scalar) -> Scalar {
+        let one = self.constant(1.0);
+        self.div(one, x)
+    }
+
     /// −x
     pub fn neg(&mut self, x: Scalar) -> Scalar {
         self.unary(Operation::Neg, x)
@@ -104,6 +110,12 @@ impl Graph {
 
     /// a × b
     pub fn cross(&mut self, a: Vector, b: Vector) -> Vector {
+        if b < a {
+            // a × b = −(b × a): one order, so that both are one node
+            let minus = self.constant(-1.0);
+            let opposite = self.cross(b, a);
+            return self.scale(minus, opposite);
+        }
         Vector(self.intern(Node::Cross(a, b)))
     }
 

@@ -9,13 +9,25 @@ use std::collections::HashMap;
 use super::{Axis, Frame, Graph, Node, NodeId, Operation, Rotation, Scalar, Varies, Vector};
 
 /// Three scalars of the lowered graph.
-type Triple = [Scalar; 3];
+pub(super) type Triple = [Scalar; 3];
 /// The columns of a matrix.
-type Matrix = [Triple; 3];
+pub(super) type Matrix = [Triple; 3];
+
+/// How what comes before the last joint of a chain acts on a vector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Chains {
+    /// Joint by joint, which is the least for one point.
+    Push,
+    /// By its matrix, which derivatives need anyway.
+    Multiply,
+}
 
 /// Lowers one graph into another that has scalar nodes only.
 pub(super) struct Lowering<'a> {
     from: &'a Graph,
+    chains: Chains,
+    /// parameters that are zero
+    zeros: Vec<u32>,
     pub(super) to: Graph,
     scalars: HashMap<NodeId, Scalar>,
     vectors: HashMap<NodeId, Triple>,
@@ -24,9 +36,21 @@ pub(super) struct Lowering<'a> {
 }
 
 impl<'a> Lowering<'a> {
-    pub(super) fn new(from: &'a Graph) -> Self {
+    /// For values alone.
+    pub(super) fn new(from: &'a Graph, zeros: &[u32]) -> Self {
+        Self::with(from, Chains::Push, zeros)
+    }
+
+    /// For values beside derivatives.
+    pub(super) fn multiplying(from: &'a Graph, zeros: &[u32]) -> Self {
+        Self::with(from, Chains::Multiply, zeros)
+    }
+
+    fn with(from: &'a Graph, chains: Chains, zeros: &[u32]) -> Self {
         Lowering {
             from,
+            chains,
+            zeros: zeros.to_vec(),
             to: Graph::new(),
             scalars: HashMap::new(),
             vectors: HashMap::new(),
@@ -38,15 +62,7 @@ impl<'a> Lowering<'a> {
     /// Lowers what the outputs need. Operands are lowered before their users, so that recursion stays as shallow as one
     /// chain however deep the graph is.
     pub(super) fn outputs(&mut self, outputs: &[Scalar]) -> Vec<Scalar> {
-        let mut needed = vec![false; self.from.len()];
-        for output in outputs {
-            needed[output.0 as usize] = true;
-        }
-        for id in (0..needed.len()).rev() {
-            if needed[id] {
-                self.from.node(id as NodeId).operands(|operand| needed[operand as usize] = true);
-            }
-        }
+        let needed = self.from.needed(outputs);
         for (id, _) in needed.iter().enumerate().filter(|(_, needed)| **needed) {
             self.prepare(id as NodeId);
         }
@@ -69,12 +85,13 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    fn scalar(&mut self, s: Scalar) -> Scalar {
+    pub(super) fn scalar(&mut self, s: Scalar) -> Scalar {
         if let Some(&known) = self.scalars.get(&s.0) {
             return known;
         }
         let lowered = match self.from.node(s.0) {
             Node::Constant(bits) => self.to.constant(f64::from_bits(bits)),
+            Node::Parameter(index) if self.zeros.contains(&index) => self.to.constant(0.0),
             Node::Parameter(index) => self.to.parameter(index),
             Node::Input(index) => self.to.input(index),
             Node::Apply(operation, x, y) => {
@@ -92,7 +109,7 @@ impl<'a> Lowering<'a> {
         lowered
     }
 
-    fn vector(&mut self, v: Vector) -> Triple {
+    pub(super) fn vector(&mut self, v: Vector) -> Triple {
         if let Some(&known) = self.vectors.get(&v.0) {
             return known;
         }
@@ -122,10 +139,7 @@ impl<'a> Lowering<'a> {
                 let unit = self.unit(axis);
                 self.rotate(r, unit)
             }
-            Node::Origin(f) => {
-                let zero = self.zero();
-                self.transform(f, zero)
-            }
+            Node::Origin(f) => self.origin(f),
             Node::Transform(f, p) => {
                 let p = self.vector(p);
                 self.transform(f, p)
@@ -150,7 +164,7 @@ impl<'a> Lowering<'a> {
             }
             Node::ComposeRotation(a, b) if per_row => {
                 let inner = self.rotate(b, v);
-                self.rotate(a, inner)
+                self.outer(a.0, inner)
             }
             Node::InverseRotation(original) if per_row => self.rotate_back(original, v),
             Node::RotationOf(f) if per_row => self.rotate_frame(f, v),
@@ -175,7 +189,7 @@ impl<'a> Lowering<'a> {
             Node::Frame(r, _) => self.rotate(r, v),
             Node::ComposeFrame(f, g) => {
                 let inner = self.rotate_frame(g, v);
-                self.rotate_frame(f, inner)
+                self.outer(f.0, inner)
             }
             Node::InverseFrame(original) => {
                 let m = self.frame_matrix(original);
@@ -194,18 +208,61 @@ impl<'a> Lowering<'a> {
             }
             Node::ComposeFrame(f, g) => {
                 let inner = self.transform(g, p);
-                self.transform(f, inner)
+                if self.chains == Chains::Push {
+                    return self.transform(f, inner);
+                }
+                let (turned, o) = (self.outer(f.0, inner), self.origin(f));
+                self.zip(Operation::Add, turned, o)
             }
             // F⁻¹ p = Rᵀ(p − o)
             Node::InverseFrame(original) => {
-                let zero = self.zero();
-                let o = self.transform(original, zero);
+                let o = self.origin(original);
                 let difference = self.zip(Operation::Sub, p, o);
                 let m = self.frame_matrix(original);
                 m.map(|column| self.dot(column, difference))
             }
             other => unreachable!("{other:?} is not a frame"),
         }
+    }
+
+    /// The rotation of what comes before the last joint, applied to v.
+    fn outer(&mut self, id: NodeId, v: Triple) -> Triple {
+        if self.chains == Chains::Multiply {
+            let m = self.any_matrix(id);
+            return self.times(&m, v);
+        }
+        match self.from.node(id) {
+            Node::Frame(..) | Node::ComposeFrame(..) | Node::InverseFrame(..) => self.rotate_frame(Frame(id), v),
+            _ => self.rotate(Rotation(id), v),
+        }
+    }
+
+    /// The matrix of a rotation or frame, by columns.
+    pub(super) fn any_matrix(&mut self, id: NodeId) -> Matrix {
+        match self.from.node(id) {
+            Node::Frame(..) | Node::ComposeFrame(..) | Node::InverseFrame(..) => self.frame_matrix(Frame(id)),
+            _ => self.matrix(Rotation(id)),
+        }
+    }
+
+    /// A frame's origin.
+    pub(super) fn origin(&mut self, f: Frame) -> Triple {
+        if let Some(&known) = self.vectors.get(&f.0) {
+            return known;
+        }
+        let zero = self.zero();
+        let origin = self.transform(f, zero);
+        self.vectors.insert(f.0, origin);
+        origin
+    }
+
+    /// c_k(v·v) of Stumpff's functions.
+    pub(super) fn stumpff<const N: usize>(&mut self, v: Triple, k: [u32; N]) -> [Scalar; N] {
+        let square = self.dot(v, v);
+        k.map(|k| {
+            let k = self.to.constant(f64::from(k));
+            self.to.apply(Operation::Stumpff, square, k)
+        })
     }
 
     fn frame_matrix(&mut self, f: Frame) -> Matrix {
@@ -265,10 +322,7 @@ impl<'a> Lowering<'a> {
     /// Rodrigues' formula in Stumpff's functions: R = I + c₁(θ²)\[v\]× + c₂(θ²)\[v\]×², θ² = v·v; column j is
     /// eⱼ + c₁ v×eⱼ + c₂ v×(v×eⱼ). Smooth at zero.
     fn exponential(&mut self, v: Triple) -> Matrix {
-        let square = self.dot(v, v);
-        let (one, two) = (self.to.constant(1.0), self.to.constant(2.0));
-        let c1 = self.to.apply(Operation::Stumpff, square, one);
-        let c2 = self.to.apply(Operation::Stumpff, square, two);
+        let [c1, c2] = self.stumpff(v, [1, 2]);
         Axis::ALL.map(|axis| {
             let unit = self.unit(axis);
             let first = self.cross(v, unit);

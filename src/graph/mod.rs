@@ -1,8 +1,16 @@
 //! Mathematics as a hash-consed graph of scalar, vector and rigid-motion operations.
 //!
 //! A [`Graph`] knows geometry, not robots or files. Its builder folds constants and shares what stands twice; frames stay
-//! frames until [`Tape::lower`] turns what is wanted into a straight line of scalar operations, which [`crate::eval`]
-//! runs over `f64` or any dual number. The closed set of scalar operations is one table, [`OPERATIONS`].
+//! frames until what is wanted is lowered to scalar operations: by [`Tape::lower`] to a straight line that runs over `f64` or
+//! any dual number, and by [`differentiate()`], together with its derivatives, to another graph that [`crate::eval`] compiles.
+//! The closed set of scalar operations is one table, [`OPERATIONS`].
+//!
+//! # How derivatives are found
+//!
+//! A frame stays rigid, so its change is a screw: six numbers, whatever follows it (`tangent`). The graph of all changes is then
+//! reduced to a Jacobian by eliminating one intermediate number after the other, in the order that takes fewest operations per
+//! row: forwards, backwards, or through what is narrow (`linear`, `order`). What depends on parameters alone costs nothing
+//! there, since it is computed once per iteration.
 //!
 //! ```
 //! use phical::graph::{Axis, Graph, Tape};
@@ -18,15 +26,20 @@
 //! ```
 
 mod build;
+mod differentiate;
+mod linear;
 mod lower;
 mod node;
 mod operation;
+mod order;
 mod simplify;
 mod special;
+mod tangent;
 mod tape;
 #[cfg(test)]
 mod tests;
 
+pub use differentiate::{Derived, View, differentiate};
 pub use node::{Axis, Frame, Rotation, Scalar, Varies, Vector};
 pub use operation::{DimensionRule, Number, OPERATIONS, Operation, Row};
 pub use special::{atanc, stumpff};
@@ -60,6 +73,16 @@ impl Graph {
         self.nodes.is_empty()
     }
 
+    /// The parameter with this number, where the graph has it.
+    pub fn known_parameter(&self, index: u32) -> Option<Scalar> {
+        self.find(Node::Parameter(index)).map(Scalar)
+    }
+
+    /// The input with this number, where the graph has it.
+    pub fn known_input(&self, index: u32) -> Option<Scalar> {
+        self.find(Node::Input(index)).map(Scalar)
+    }
+
     /// On what a scalar depends.
     pub fn varies(&self, s: Scalar) -> Varies {
         self.varies[s.0 as usize]
@@ -79,6 +102,25 @@ impl Graph {
 
     pub(crate) fn node_varies(&self, id: NodeId) -> Varies {
         self.varies[id as usize]
+    }
+
+    /// The node's number, where it is known.
+    pub(crate) fn find(&self, node: Node) -> Option<NodeId> {
+        self.known.get(&node).copied()
+    }
+
+    /// Which nodes the outputs need.
+    pub(crate) fn needed(&self, outputs: &[Scalar]) -> Vec<bool> {
+        let mut needed = vec![false; self.len()];
+        for output in outputs {
+            needed[output.0 as usize] = true;
+        }
+        for id in (0..needed.len()).rev() {
+            if needed[id] {
+                self.nodes[id].operands(|operand| needed[operand as usize] = true);
+            }
+        }
+        needed
     }
 
     /// The node's number, new or known.

@@ -87,58 +87,40 @@ pub(crate) enum Node {
 }
 
 impl Node {
+    /// The same node on other operands.
+    pub(crate) fn mapped(&self, mut to: impl FnMut(NodeId) -> NodeId) -> Node {
+        match *self {
+            Node::Constant(_) | Node::Parameter(_) | Node::Input(_) | Node::NoRotation => *self,
+            Node::Apply(operation, x, y) => Node::Apply(operation, Scalar(to(x.0)), Scalar(to(y.0))),
+            Node::Component(v, axis) => Node::Component(Vector(to(v.0)), axis),
+            Node::Dot(a, b) => Node::Dot(Vector(to(a.0)), Vector(to(b.0))),
+            Node::Vector(x, y, z) => Node::Vector(Scalar(to(x.0)), Scalar(to(y.0)), Scalar(to(z.0))),
+            Node::AddVector(a, b) => Node::AddVector(Vector(to(a.0)), Vector(to(b.0))),
+            Node::SubVector(a, b) => Node::SubVector(Vector(to(a.0)), Vector(to(b.0))),
+            Node::Scale(s, v) => Node::Scale(Scalar(to(s.0)), Vector(to(v.0))),
+            Node::Cross(a, b) => Node::Cross(Vector(to(a.0)), Vector(to(b.0))),
+            Node::Rotate(r, v) => Node::Rotate(Rotation(to(r.0)), Vector(to(v.0))),
+            Node::Column(r, axis) => Node::Column(Rotation(to(r.0)), axis),
+            Node::Origin(f) => Node::Origin(Frame(to(f.0))),
+            Node::Transform(f, v) => Node::Transform(Frame(to(f.0)), Vector(to(v.0))),
+            Node::Turn(axis, angle) => Node::Turn(axis, Scalar(to(angle.0))),
+            Node::ExpRotation(v) => Node::ExpRotation(Vector(to(v.0))),
+            Node::Columns(x, y, z) => Node::Columns(Vector(to(x.0)), Vector(to(y.0)), Vector(to(z.0))),
+            Node::ComposeRotation(r, s) => Node::ComposeRotation(Rotation(to(r.0)), Rotation(to(s.0))),
+            Node::InverseRotation(r) => Node::InverseRotation(Rotation(to(r.0))),
+            Node::RotationOf(f) => Node::RotationOf(Frame(to(f.0))),
+            Node::Frame(r, origin) => Node::Frame(Rotation(to(r.0)), Vector(to(origin.0))),
+            Node::ComposeFrame(f, g) => Node::ComposeFrame(Frame(to(f.0)), Frame(to(g.0))),
+            Node::InverseFrame(f) => Node::InverseFrame(Frame(to(f.0))),
+        }
+    }
+
     /// Calls `visit` with every operand.
     pub(crate) fn operands(&self, mut visit: impl FnMut(NodeId)) {
-        use Node::*;
-        match *self {
-            Constant(_) | Parameter(_) | Input(_) | NoRotation => {}
-            Apply(_, a, b) => {
-                visit(a.0);
-                visit(b.0);
-            }
-            Component(v, _) | ExpRotation(v) => visit(v.0),
-            Dot(a, b) | AddVector(a, b) | SubVector(a, b) | Cross(a, b) => {
-                visit(a.0);
-                visit(b.0);
-            }
-            Vector(x, y, z) => {
-                visit(x.0);
-                visit(y.0);
-                visit(z.0);
-            }
-            Scale(s, v) => {
-                visit(s.0);
-                visit(v.0);
-            }
-            Rotate(r, v) => {
-                visit(r.0);
-                visit(v.0);
-            }
-            Column(r, _) | InverseRotation(r) => visit(r.0),
-            Origin(f) | RotationOf(f) | InverseFrame(f) => visit(f.0),
-            Transform(f, v) => {
-                visit(f.0);
-                visit(v.0);
-            }
-            Turn(_, s) => visit(s.0),
-            Columns(x, y, z) => {
-                visit(x.0);
-                visit(y.0);
-                visit(z.0);
-            }
-            ComposeRotation(a, b) => {
-                visit(a.0);
-                visit(b.0);
-            }
-            Frame(r, v) => {
-                visit(r.0);
-                visit(v.0);
-            }
-            ComposeFrame(a, b) => {
-                visit(a.0);
-                visit(b.0);
-            }
-        }
+        let _ = self.mapped(|operand| {
+            visit(operand);
+            operand
+        });
     }
 }
 

@@ -138,6 +138,8 @@ mod tests {
             let (z, vz) = if whole(second) { (two, 2.0) } else { (pool[picks[2]], numbers[picks[2]]) };
             let inner = first.apply(&vx, &vy);
             prop_assume!((first.row().defined)(vx, vy) && inner.is_finite());
+            // −0 and 0 are one constant, and half a turn apart there
+            prop_assume!(second != Operation::Atan2 || inner != 0.0);
             let expected = second.apply(&inner, &vz);
             prop_assume!((second.row().defined)(inner, vz) && expected.is_finite());
             let node = g.apply(first, x, y);

@@ -40,13 +40,13 @@ pub struct Tape {
 impl Tape {
     /// Lowers what the outputs need of a graph, and nothing else.
     pub fn lower(graph: &Graph, outputs: &[Scalar]) -> Tape {
-        let mut lowering = Lowering::new(graph);
+        let mut lowering = Lowering::new(graph, &[]);
         let outputs = lowering.outputs(outputs);
         Tape::of_scalars(&lowering.to, &outputs)
     }
 
     fn of_scalars(graph: &Graph, outputs: &[Scalar]) -> Tape {
-        let needed = needed(graph, outputs);
+        let needed = graph.needed(outputs);
         let ids = || (0..graph.len()).filter(|&id| needed[id]);
         let (mut parameters, mut inputs, mut constants) = (0, 0, Vec::new());
         for id in ids() {
@@ -216,17 +216,4 @@ pub struct Undefined {
     pub y: f64,
     /// the outputs that depend on it
     pub spoils: Vec<usize>,
-}
-
-fn needed(graph: &Graph, outputs: &[Scalar]) -> Vec<bool> {
-    let mut needed = vec![false; graph.len()];
-    for output in outputs {
-        needed[output.0 as usize] = true;
-    }
-    for id in (0..needed.len()).rev() {
-        if needed[id] {
-            graph.node(id as u32).operands(|operand| needed[operand as usize] = true);
-        }
-    }
-    needed
 }
