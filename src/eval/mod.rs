@@ -1,8 +1,25 @@
-//! Running tapes: values over `f64`, exact first derivatives over dual numbers.
+//! Running graphs of scalar operations, in two ways.
 //!
-//! This evaluation *defines* what is right; any faster one is tested against it. A [`Evaluator`] holds what one pass over
-//! the rows of a measurement needs: parameters are set once per iteration, rows are run one at a time.
+//! [`Evaluator`] runs a [`Tape`](crate::graph::Tape) over dual numbers, one row at a time. It *defines* what is right.
+//!
+//! [`Compiled`] runs values and derivatives, which [`differentiate`](crate::graph::differentiate) gives as one graph, over
+//! blocks of [`ROWS`] rows: operations outside, rows inside, in the vectors that the machine has. From graph to numbers:
+//!
+//! graph ─`plan`→ steps (sums of products, no negations, what is the same for all rows taken out) ─`group`→ like steps together
+//! ─`slots`→ few places ─`kernel`→ vectors
+//!
+//! It agrees with the first way to rounding, operation by operation and for whole models.
 
+mod compiled;
 mod evaluator;
+mod group;
+mod kernel;
+mod plan;
+mod schedule;
+mod slots;
+#[cfg(test)]
+mod tests;
 
+pub use compiled::{Block, Compiled};
 pub use evaluator::{Evaluator, Leaf};
+pub use kernel::ROWS;
