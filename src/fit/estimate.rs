@@ -6,8 +6,8 @@ use super::covariance::Covariance;
 use super::verdict::Verdict;
 use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::linalg::Bound;
-use crate::problem::{Problem, Quantities, Undefined, Weights};
-use crate::solve::{Iteration, Solution, Status, null_space};
+use crate::problem::{At, Problem, Quantities, Rows, Undefined, Weights};
+use crate::solve::{Iteration, Solution, Status};
 
 /// A parameter is not estimable where its squared share of the tolerance-scaled null space exceeds this.
 pub const NOT_ESTIMABLE: f64 = 0.01;
@@ -120,8 +120,10 @@ pub fn analyse(problem: &Problem, solution: Solution<Vec<f64>>) -> Result<Fit, U
     let n = problem.free.len();
     let q = &solution.point;
     let scale: Vec<f64> = problem.free.iter().map(|&c| problem.layout.coordinates[c].tolerance).collect();
-    let consistent = problem.consistent_inputs(q);
-    let data = null_space(&problem.information(q, Some(&consistent))?, &scale)?;
+    let data = match problem.priors() {
+        0 => problem.visible(q, false, &solution.information)?,
+        _ => problem.visible(q, false, &problem.information(q, At::Observed, Rows::All)?)?,
+    };
     let invisible = &solution.invisible;
     let active: Vec<bool> = solution.active.iter().map(|bound| *bound != Bound::Free).collect();
 
@@ -207,7 +209,10 @@ fn chi_squared(value: f64, dof: usize) -> Option<ChiSquared> {
 
 /// A null direction by names; the largest weight is positive, weights that round to nothing are left out.
 fn direction(problem: &Problem, basis: &[f64]) -> Vec<(String, f64)> {
-    let largest = basis.iter().copied().fold(0.0, |largest: f64, w| if w.abs() > largest.abs() { w } else { largest });
+    // of several that are as large, but for rounding, the first decides
+    const AS_LARGE: f64 = 1.0 - 1e-6;
+    let most = basis.iter().fold(0.0, |most: f64, w| most.max(w.abs()));
+    let largest = basis.iter().copied().find(|w| w.abs() >= AS_LARGE * most).unwrap_or(0.0);
     let sign = if largest < 0.0 { -1.0 } else { 1.0 };
     let named = problem.free.iter().zip(basis).filter(|(_, w)| w.abs() > 1e-9);
     named.map(|(&c, w)| (problem.layout.coordinates[c].name.clone(), sign * w)).collect()

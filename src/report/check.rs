@@ -10,6 +10,7 @@ use super::number::significant;
 use super::table::{Align, Grid};
 use crate::compile::{Measurement, Parameter, Program, Role, Setting};
 use crate::diag;
+use crate::problem;
 use crate::session::Session;
 use crate::unit::{Base, Dimension};
 
@@ -85,8 +86,8 @@ fn parameters_used<'p>(program: &'p Program, measurement: &Measurement) -> Vec<&
     used.into_iter().map(|index| program.parameters[index].name.as_str()).collect()
 }
 
-fn operations(measurement: &Measurement) -> Value {
-    let counts = measurement.tape.counts();
+fn operations(program: &Program, measurement: &Measurement) -> Value {
+    let counts = problem::operations(program, measurement);
     json!({ "per_iteration": counts.per_iteration, "per_row": counts.per_row })
 }
 
@@ -115,12 +116,12 @@ pub fn check_json(session: &Session) -> Value {
         })
         .collect();
     let units: Map<String, Value> = units(program).into_iter().map(|(name, unit)| (name.into(), json!(unit))).collect();
-    let mut counts = match program.measurements.first().map(operations) {
+    let mut counts = match program.measurements.first().map(|m| operations(program, m)) {
         Some(Value::Object(counts)) => counts,
         _ => Map::new(),
     };
     let by_measurement: Map<String, Value> =
-        program.measurements.iter().map(|m| (m.name.clone(), operations(m))).collect();
+        program.measurements.iter().map(|m| (m.name.clone(), operations(program, m))).collect();
     counts.insert("measurements".into(), Value::Object(by_measurement));
     json!({
         "ok": true,
@@ -222,7 +223,7 @@ pub fn check_text(session: &Session) -> String {
 fn measurement_text(session: &Session, m: &Measurement) -> String {
     let units = &session.program.units;
     let mut out = String::new();
-    let counts = m.tape.counts();
+    let counts = problem::operations(&session.program, m);
     let _ = writeln!(
         out,
         "\nMeasurement `{}`: {} operations per iteration, {} per row",

@@ -127,7 +127,8 @@ pub(super) fn estimates(parameters: &[Estimate]) -> String {
 /// A null direction in words.
 pub fn direction(combination: &[(String, f64)]) -> String {
     let mut largest: Vec<&(String, f64)> = combination.iter().collect();
-    largest.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    // in the order of their declaration where they are as large but for rounding
+    largest.sort_by_key(|(_, weight)| std::cmp::Reverse((weight.abs() * 1e6).round() as u64));
     let telling = largest.iter().take_while(|(_, w)| w * w > crate::fit::NOT_ESTIMABLE).count().max(1);
     let names: Vec<&str> = largest.iter().take(telling.min(MOST_COMPONENTS)).map(|(name, _)| name.as_str()).collect();
     let shown = largest.iter().take(MOST_COMPONENTS).take_while(|(_, w)| w.abs() >= 0.0005);

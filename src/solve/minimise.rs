@@ -264,7 +264,7 @@ impl<'a, L: LeastSquares> Search<'a, L> {
         let vanished = region.residual <= self.settings.vanished * self.start_residual;
         if state.cost == 0.0 || vanished {
             Some(Status::NothingLeft)
-        } else if region.share() <= self.settings.gradient || region.cosine <= f64::EPSILON {
+        } else if region.share() <= self.settings.perpendicular(&state.information) || region.cosine <= f64::EPSILON {
             Some(Status::Gradient)
         } else {
             None

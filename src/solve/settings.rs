@@ -1,5 +1,7 @@
 //! What can be set.
 
+use crate::linalg::SquareRootInformation;
+
 /// Settings of [`minimise`](super::minimise()).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -8,6 +10,9 @@ pub struct Settings {
     /// Converged when the residual is perpendicular to all that the parameters can do: ‖Qᵀr‖ / ‖r‖ at most this, where Q
     /// spans the columns of J. Default 1e-13.
     pub gradient: f64,
+    /// Likewise when a full Gauss–Newton step is at most this share of the standard uncertainties that the residuals give:
+    /// ‖Qᵀr‖ at most this share of σ₀ = ‖r‖/√(rows − n). Default 1e-9.
+    pub uncertainty: f64,
     /// Converged when a full Gauss–Newton step moves no coordinate by more than this share of its magnitude.
     /// Default 1e-12.
     pub step: f64,
@@ -28,6 +33,7 @@ impl Default for Settings {
         Self {
             max_trials: 1000,
             gradient: 1e-13,
+            uncertainty: 1e-9,
             step: 1e-12,
             vanished: f64::EPSILON * f64::EPSILON,
             datum: 1e-10,
@@ -50,6 +56,14 @@ pub struct SettingsError {
 }
 
 impl Settings {
+    /// How perpendicular the residual must be, ‖Qᵀr‖ / ‖r‖, for as many rows as have been absorbed.
+    pub(super) fn perpendicular(&self, information: &SquareRootInformation) -> f64 {
+        match information.rows().checked_sub(information.dimension()) {
+            Some(freedom) if freedom > 0 => self.gradient.max(self.uncertainty / (freedom as f64).sqrt()),
+            _ => self.gradient,
+        }
+    }
+
     /// `Ok` if every setting makes sense.
     ///
     /// # Errors
@@ -60,6 +74,7 @@ impl Settings {
         let checks = [
             positive("max_trials", self.max_trials as f64),
             share("gradient", self.gradient),
+            share("uncertainty", self.uncertainty),
             share("step", self.step),
             share("vanished", self.vanished),
             positive("datum", self.datum),
@@ -84,6 +99,7 @@ mod tests {
         for (name, bad) in [
             ("max_trials", Settings { max_trials: 0, ..good.clone() }),
             ("gradient", Settings { gradient: f64::NAN, ..good.clone() }),
+            ("uncertainty", Settings { uncertainty: -1e-9, ..good.clone() }),
             ("step", Settings { step: -1.0, ..good.clone() }),
             ("vanished", Settings { vanished: 1.0, ..good.clone() }),
             ("datum", Settings { datum: 0.0, ..good.clone() }),

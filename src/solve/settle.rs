@@ -11,6 +11,9 @@ use crate::linalg::{dot, norm, svd};
 /// A rise of the cost, as a share, that one datum step may bring.
 const LEVEL: f64 = 0.01;
 
+/// A way along what is invisible, in tolerances, that is short enough where no step shortens it.
+const SHORT: f64 = 1e-6;
+
 enum DatumTrial<P> {
     /// The invisible directions are visible beside the point.
     Isolated,
@@ -40,7 +43,8 @@ impl<L: LeastSquares> Search<'_, L> {
                 return Datum::Nearest;
             }
             if longest <= 0.05 * enough * beta.min(1.0) {
-                let rounding = norm(&h) <= self.uncertainty(state) * norm(&z);
+                // what no step makes shorter is rounding, where it is short
+                let rounding = norm(&h) <= (self.uncertainty(state) * norm(&z)).max(SHORT);
                 return if rounding { Datum::Nearest } else { Datum::Unsettled };
             }
             let factor = -beta * (longest / way).min(1.0);
