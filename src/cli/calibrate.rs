@@ -10,9 +10,10 @@ use super::progress::Progress;
 use super::{Format, Outcome, pretty};
 use crate::data::Output;
 use crate::diag::Diagnostics;
-use crate::problem::Options;
+use crate::problem::{Execution, Options};
 use crate::report::fit_text;
 use crate::session::{Choice, Session, Values, calibrate};
+use crate::simd::InstructionSet;
 
 #[derive(Debug, Args)]
 pub(super) struct Calibrate {
@@ -32,6 +33,9 @@ pub(super) struct Calibrate {
     /// Start from a fit, or from a JSON object of name and value
     #[arg(long, value_name = "FILE")]
     start: Option<String>,
+    /// Threads; 0 is as many as there are cores. The result is the same for any number
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    threads: usize,
     /// Write the fit as JSON
     #[arg(long, value_name = "FIT.json")]
     out: Option<PathBuf>,
@@ -51,7 +55,8 @@ impl Calibrate {
                 return Err(mistakes);
             }
         };
-        let options = Options { weights, selection: self.chosen.selection(start.as_ref()) };
+        let execution = Execution::new(InstructionSet::detect(), self.threads);
+        let options = Options { weights, selection: self.chosen.selection(start.as_ref()), execution };
         let choice = Choice { files: self.data.clone(), ..Choice::default() };
         let bound = session.bind(&choice, &options)?;
         let out = self.out.as_deref().map(Output::open).transpose().map_err(|found| Diagnostics::from(*found))?;

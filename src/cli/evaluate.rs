@@ -41,7 +41,8 @@ impl Evaluate {
             Some("sigma") => Some(Weights::Sigma),
             _ => None,
         };
-        let options = Options { weights, selection: Selection { start: given.clone(), ..Selection::default() } };
+        let selection = Selection { start: given.clone(), ..Selection::default() };
+        let options = Options { weights, selection, ..Options::default() };
         let role = if self.check { DataRole::Check } else { DataRole::Calibrate };
         let mut bound = session.bind(&Choice { files: self.data, role, given_only: true }, &options)?;
         let mut stop = |found: Diagnostic| {

@@ -30,7 +30,8 @@ impl Jacobian {
     pub(super) fn run(self, format: Format) -> Result<Outcome, Diagnostics> {
         let session = Session::open(&self.model, &[])?;
         let at = self.at.as_deref().map(Values::read).transpose().map_err(|found| Diagnostics::from(*found))?;
-        let options = Options { weights: Some(Weights::Unit), selection: self.chosen.selection(at.as_ref()) };
+        let selection = self.chosen.selection(at.as_ref());
+        let options = Options { weights: Some(Weights::Unit), selection, ..Options::default() };
         let mut bound = session.bind(&Choice { files: self.data, given_only: true, ..Choice::default() }, &options)?;
         // values are taken as they are, whatever the bounds of a fit
         bound.warnings.0.retain(|warning| warning.code != Code::StartProjected);

@@ -56,10 +56,11 @@ fn of_block(problem: &Problem, block: &Block, point: &[f64]) -> Result<Jacobian,
         dr_dx: vec![vec![vec![0.0; width]; m]; rows],
     };
     for row in 0..rows {
-        let readings = block.table.row(row).iter().zip(&measurement.inputs);
+        let readings = block.table.row(row);
+        let readings = readings.iter().zip(&measurement.inputs);
         jacobian.rows.push(readings.map(|(&value, i)| units.to_reported(value, i.unit.dimension)).collect());
     }
-    block.jacobians(&problem.layout, point, &problem.places(), None, |found| {
+    block.jacobians(&problem.layout, point, &problem.places(), |found| {
         for (i, (residual, weight)) in residual.iter().zip(&block.weights).enumerate() {
             let factor = residual / weight;
             jacobian.r[found.row][i] = found.residuals[i] * factor;
@@ -74,7 +75,7 @@ fn of_block(problem: &Problem, block: &Block, point: &[f64]) -> Result<Jacobian,
     let (mut values, mut derivatives) = (vec![0.0; m], vec![0.0; m * used]);
     let mut undefined = None;
     block.input_jacobians(&problem.layout, point, |row, evaluate| {
-        evaluate(block.table.row(row), &mut values, &mut derivatives);
+        evaluate(&block.table.row(row), &mut values, &mut derivatives);
         for i in 0..m {
             for k in 0..used {
                 let derivative = derivatives[i * used + k] * residual[i] / input[k];

@@ -3,6 +3,8 @@
 
 use super::Problem;
 use super::block::Block;
+use super::pass::Pass;
+use crate::eval;
 use crate::linalg::{Matrix, dot, svd};
 use crate::unit::{Base, Dimension};
 
@@ -10,71 +12,112 @@ use crate::unit::{Base, Dimension};
 const CONSISTENT: f64 = 1e-13;
 const ITERATIONS: usize = 12;
 
-impl Problem<'_> {
-    /// For each block, the inputs of its rows moved to where the residuals vanish at `point`.
-    pub fn consistent_inputs(&self, point: &[f64]) -> Vec<Vec<f64>> {
-        self.blocks.iter().map(|block| self.consistent_block(block, point)).collect()
-    }
+/// At which inputs rows are evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum At {
+    /// Those of the table.
+    Observed,
+    /// Those nearest to them at which the residuals vanish.
+    Consistent,
+}
 
-    fn consistent_block(&self, block: &Block, point: &[f64]) -> Vec<f64> {
+/// Moves the inputs of rows to where their residuals vanish.
+pub(super) struct Adjuster<'a> {
+    pass: Pass<'a>,
+    state: eval::Block,
+    residuals: usize,
+    /// how far each input goes for one unit of correction
+    scale: Vec<f64>,
+}
+
+/// Where one row is on its way.
+#[derive(Clone, Debug)]
+struct Search {
+    first: Option<f64>,
+    least: f64,
+    best: Vec<f64>,
+    ended: bool,
+}
+
+impl<'a> Adjuster<'a> {
+    pub(super) fn new(problem: &'a Problem, block: &'a Block, point: &[f64]) -> Self {
         let measurement = block.measurement;
-        let width = measurement.inputs.len();
-        let mut all: Vec<f64> = (0..block.table.rows()).flat_map(|row| block.table.row(row).iter().copied()).collect();
-        let (m, used) = (measurement.tape.outputs(), measurement.tape.inputs());
+        let set = problem.execution.instructions();
+        let pass = Pass::new(block, block.seen.by_inputs(&block.programs, &block.weights, set), &problem.layout, point);
         // Measured inputs are moved by their sigmas; where none is measured, all by what is small for their kind.
         let any_sigma = measurement.inputs.iter().any(|input| input.sigma.is_some());
         let small = |dimension: Dimension| {
             if dimension == Dimension::of(Base::Angle) { 5e-5 } else { 0.1 }
         };
-        let scale: Vec<f64> = measurement.inputs[..used]
+        let scale = measurement
+            .inputs
             .iter()
             .map(|input| if any_sigma { input.sigma.unwrap_or(0.0) } else { small(input.unit.dimension) })
             .collect();
-        let (mut f, mut derivatives) = (vec![0.0; m], vec![0.0; m * used]);
-        block.input_jacobians(&self.layout, point, |row, evaluate| {
-            let inputs = &mut all[row * width..(row + 1) * width];
-            let observed = inputs.to_vec();
-            let (mut first, mut least) = (None, f64::INFINITY);
-            let mut best = observed.clone();
-            for _ in 0..ITERATIONS {
-                evaluate(inputs, &mut f, &mut derivatives);
-                let size = f.iter().zip(&block.weights).map(|(f, w)| (f * w).powi(2)).sum::<f64>().sqrt();
-                if !size.is_finite() {
-                    break;
+        let state = pass.begin();
+        Adjuster { pass, state, residuals: measurement.residuals.len(), scale }
+    }
+
+    /// Moves the readings of a span of rows.
+    pub(super) fn adjust(&mut self, combination: &[u32], readings: &mut [f64]) {
+        let (m, width) = (self.residuals, self.scale.len());
+        if width == 0 {
+            return;
+        }
+        let start = |row: &[f64]| Search { first: None, least: f64::INFINITY, best: row.to_vec(), ended: false };
+        let mut searches: Vec<Search> = readings.chunks_exact(width).map(start).collect();
+        let (mut f, mut b) = (vec![0.0; m], vec![0.0; m * width]);
+        for _ in 0..ITERATIONS {
+            self.pass.run(combination, readings, &mut self.state);
+            for (row, search) in searches.iter_mut().enumerate().filter(|(_, search)| !search.ended) {
+                let inputs = &mut readings[row * width..(row + 1) * width];
+                f.iter_mut().enumerate().for_each(|(i, f)| *f = self.state.output(i)[row]);
+                search.ended = !search.improved(&f, inputs);
+                if search.ended {
+                    continue;
                 }
-                let first = *first.get_or_insert(size);
-                if size < least {
-                    least = size;
-                    best.copy_from_slice(inputs);
-                } else {
-                    break;
+                for (at, b) in b.iter_mut().enumerate() {
+                    *b = self.state.output(m + at)[row] * self.scale[at % width];
                 }
-                if size <= CONSISTENT * first || size == 0.0 {
-                    break;
-                }
-                let Some(step) = correction(&f, &derivatives, &block.weights, &scale) else { break };
-                for ((input, step), scale) in inputs.iter_mut().zip(step).zip(&scale) {
+                let Some(step) = correction(&f, &b, width) else {
+                    search.ended = true;
+                    continue;
+                };
+                for ((input, step), scale) in inputs.iter_mut().zip(step).zip(&self.scale) {
                     *input += step * scale;
                 }
             }
-            inputs.copy_from_slice(&best);
-        });
-        all
+            if searches.iter().all(|search| search.ended) {
+                break;
+            }
+        }
+        for (inputs, search) in readings.chunks_exact_mut(width).zip(searches) {
+            inputs.copy_from_slice(&search.best);
+        }
+    }
+}
+
+impl Search {
+    /// Keeps the inputs where the residuals are smaller than before; whether they can be smaller still.
+    fn improved(&mut self, residuals: &[f64], inputs: &[f64]) -> bool {
+        let size = residuals.iter().map(|f| f * f).sum::<f64>().sqrt();
+        if !size.is_finite() {
+            return false;
+        }
+        let first = *self.first.get_or_insert(size);
+        if size >= self.least {
+            return false;
+        }
+        self.least = size;
+        self.best.copy_from_slice(inputs);
+        size > CONSISTENT * first
     }
 }
 
 /// The shortest v with f + B v = 0, v = −Bᵀ (B Bᵀ)⁻¹ f by Cholesky; where the rows of B depend on each other, the shortest that
-/// leaves as little as possible, by singular values.
-fn correction(f: &[f64], derivatives: &[f64], weights: &[f64], scale: &[f64]) -> Option<Vec<f64>> {
-    let (m, used) = (f.len(), scale.len());
-    let mut b = vec![0.0; m * used];
-    for i in 0..m {
-        for j in 0..used {
-            b[i * used + j] = derivatives[i * used + j] * weights[i] * scale[j];
-        }
-    }
-    let weighted: Vec<f64> = f.iter().zip(weights).map(|(f, w)| f * w).collect();
-    let Some(multipliers) = by_cholesky(&b, used, &weighted) else { return by_singular_values(&b, used, &weighted) };
+/// leaves as little as possible, by singular values. `b` is B row by row, each of length `used`.
+fn correction(f: &[f64], b: &[f64], used: usize) -> Option<Vec<f64>> {
+    let Some(multipliers) = by_cholesky(b, used, f) else { return by_singular_values(b, used, f) };
     let mut step = vec![0.0; used];
     for (row, multiplier) in b.chunks(used.max(1)).zip(multipliers) {
         for (step, b) in step.iter_mut().zip(row) {
@@ -143,26 +186,25 @@ mod tests {
 
     #[test]
     fn both_ways_give_the_shortest_correction() {
-        let b = [1.0, 2.0, 0.5, 0.0, 0.0, 1.0, -1.0, 3.0];
-        let f = [0.3, -0.7];
-        let cholesky = correction(&f, &b, &[1.0, 2.0], &[1.0, 0.5, 2.0, 1.0]).unwrap();
-        let scaled: Vec<f64> = (0..8).map(|k| b[k] * [1.0, 2.0][k / 4] * [1.0, 0.5, 2.0, 1.0][k % 4]).collect();
-        let singular = by_singular_values(&scaled, 4, &[0.3, -1.4]).unwrap();
+        let b = [1.0, 1.0, 1.0, 0.0, 0.0, 1.0, -4.0, 6.0];
+        let f = [0.3, -1.4];
+        let cholesky = correction(&f, &b, 4).unwrap();
+        let singular = by_singular_values(&b, 4, &f).unwrap();
         for (a, b) in cholesky.iter().zip(&singular) {
             assert!((a - b).abs() < 1e-14, "{cholesky:?} {singular:?}");
         }
         // it makes the equations vanish
-        for (row, f) in scaled.chunks(4).zip([0.3, -1.4]) {
+        for (row, f) in b.chunks(4).zip(f) {
             assert!((dot(row, &cholesky) + f).abs() < 1e-14);
         }
     }
 
     #[test]
     fn dependent_rows_are_met_as_well_as_they_can_be() {
-        let step = correction(&[1.0, 1.0], &[1.0, 1.0, 2.0, 2.0], &[1.0; 2], &[1.0; 2]).unwrap();
+        let step = correction(&[1.0, 1.0], &[1.0, 1.0, 2.0, 2.0], 2).unwrap();
         // least squares of 1 + s and 1 + 2s: s = −3/5, shared evenly
         assert!(step.iter().all(|v| (v + 0.3).abs() < 1e-14), "{step:?}");
-        let more = correction(&[1.0, 1.0], &[1.0, 2.0], &[1.0; 2], &[1.0]).unwrap();
+        let more = correction(&[1.0, 1.0], &[1.0, 2.0], 1).unwrap();
         assert!((more[0] + 0.6).abs() < 1e-14, "{more:?}");
     }
 }

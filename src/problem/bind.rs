@@ -3,11 +3,13 @@
 use std::collections::HashSet;
 
 use super::block::{Block, member};
+use super::execution::Execution;
 use super::layout::Layout;
+use super::pass::pieces;
 use super::selection::Selection;
 use super::{Problem, solving::Undefined};
 use crate::compile::{Measurement, Program, Role};
-use crate::data::Table;
+use crate::data::{Buffer, Table};
 use crate::diag::{Code, Diagnostic, Diagnostics, nearest};
 
 /// How residuals are weighted.
@@ -36,6 +38,8 @@ pub struct Options {
     pub weights: Option<Weights>,
     /// What is freed, fixed, and started from.
     pub selection: Selection,
+    /// With which instructions, and by how many threads.
+    pub execution: Execution,
 }
 
 impl<'p> Problem<'p> {
@@ -49,7 +53,7 @@ impl<'p> Problem<'p> {
         options: &Options,
     ) -> Result<(Problem<'p>, Diagnostics), Diagnostics> {
         let mut diagnostics = Diagnostics::new();
-        let members = members(program, &tables);
+        let members = members(program, &tables, &mut diagnostics);
         unused_members(program, &members, &mut diagnostics);
         let mut layout = Layout::new(program, &members);
         let mut start = options.selection.apply(program, &mut layout, &mut diagnostics);
@@ -74,20 +78,28 @@ impl<'p> Problem<'p> {
         let free: Vec<usize> =
             (0..layout.coordinates.len()).filter(|&c| layout.coordinates[c].role == Role::Free).collect();
         let scale = free.iter().map(|&c| layout.coordinates[c].tolerance).collect();
-        let blocks = tables
-            .into_iter()
-            .map(|(index, table)| {
-                let measurement = &program.measurements[index];
-                Block::new(program, index, table, whitening(program, measurement, weights), &layout)
-            })
-            .collect();
-        Ok((Problem { program, layout, blocks, weights, start, free, scale }, diagnostics))
+        let mut blocks = Vec::with_capacity(tables.len());
+        for (index, table) in tables {
+            let measurement = &program.measurements[index];
+            let factors = whitening(program, measurement, weights);
+            match Block::new(program, index, table, factors, &layout, options.execution.clone()) {
+                Ok(block) => blocks.push(block),
+                Err(found) => diagnostics.push(*found),
+            }
+        }
+        if diagnostics.has_errors() {
+            return Err(diagnostics);
+        }
+        let execution = options.execution.clone();
+        Ok((Problem { program, layout, blocks, weights, start, free, scale, execution }, diagnostics))
     }
 
     /// The same rows with other coordinates free.
     pub fn with_free(&self, free: Vec<usize>) -> Problem<'p> {
         let scale = free.iter().map(|&c| self.layout.coordinates[c].tolerance).collect();
-        Problem { free, scale, ..self.clone() }
+        // what is differentiated changes
+        let blocks = self.blocks.iter().map(Block::anew).collect();
+        Problem { free, scale, blocks, ..self.clone() }
     }
 
     /// Whether all residuals have a value at a point.
@@ -110,7 +122,7 @@ fn whitening(program: &Program, measurement: &Measurement, weights: Weights) -> 
 
 /// The members of each family that rows name: those that are declared first, then the others in the order of the rows. A
 /// declared member that no row names takes no part, for no data can see it.
-fn members(program: &Program, tables: &[(usize, Table)]) -> Vec<Vec<String>> {
+fn members(program: &Program, tables: &[(usize, Table)], diagnostics: &mut Diagnostics) -> Vec<Vec<String>> {
     let mut named: Vec<Vec<String>> = vec![Vec::new(); program.parameters.len()];
     let mut seen: Vec<HashSet<String>> = vec![HashSet::new(); program.parameters.len()];
     for (index, table) in tables {
@@ -118,8 +130,8 @@ fn members(program: &Program, tables: &[(usize, Table)]) -> Vec<Vec<String>> {
             if !program.parameters[slot.parameter].family {
                 continue;
             }
-            for row in 0..table.rows() {
-                let key = member(slot, table, row);
+            for numbers in chosen(table, &slot.keys, diagnostics) {
+                let key = member(slot, table, &numbers);
                 if seen[slot.parameter].insert(key.clone()) {
                     named[slot.parameter].push(key);
                 }
@@ -134,6 +146,29 @@ fn members(program: &Program, tables: &[(usize, Table)]) -> Vec<Vec<String>> {
         *named = all;
     }
     named
+}
+
+/// The different names, by their numbers, that rows have in some key columns, in the order of the rows.
+fn chosen(table: &Table, keys: &[usize], diagnostics: &mut Diagnostics) -> Vec<Vec<u32>> {
+    let mut known: HashSet<Vec<u32>> = HashSet::new();
+    let mut all = Vec::new();
+    let mut buffer = Buffer::default();
+    for piece in pieces(table.rows()) {
+        let rows = match table.read(piece, &mut buffer) {
+            Ok(rows) => rows,
+            Err(error) => {
+                diagnostics.push(Table::unreadable(&error));
+                break;
+            }
+        };
+        for row in 0..rows.len() {
+            let numbers = rows.keys(row);
+            if known.insert(keys.iter().map(|&key| numbers[key]).collect()) {
+                all.push(numbers.to_vec());
+            }
+        }
+    }
+    all
 }
 
 /// Members that the model states and no row names.

@@ -1,11 +1,15 @@
 //! The rows of one measurement, with the members that each row touches.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
+use super::execution::Execution;
 use super::layout::Layout;
+use super::pass::{Pass, Span, pieces};
+use super::programs::{Programs, Seen};
 use super::solving::Undefined;
 use crate::compile::{Measurement, Program, Slot};
-use crate::data::Table;
+use crate::data::{Buffer, Table};
 use crate::diag::{Code, DataPlace, Diagnostic};
 use crate::eval::{Evaluator, Leaf};
 use crate::graph::Tape;
@@ -18,13 +22,18 @@ pub struct Block<'p> {
     /// What is measured.
     pub measurement: &'p Measurement,
     /// The rows.
-    pub table: Table,
+    pub table: Arc<Table>,
     /// 1/σ of each residual.
     pub weights: Vec<f64>,
+    pub(super) seen: Seen<'p>,
+    pub(super) execution: Execution,
     /// For each combination of members: the group of each slot.
-    combinations: Vec<Vec<usize>>,
-    /// The combination of each row.
-    combination: Vec<u32>,
+    pub(super) combinations: Vec<Vec<usize>>,
+    /// The key columns that choose members.
+    keys: Vec<usize>,
+    /// The combination of each list of names' numbers in these columns.
+    known: HashMap<Vec<u32>, u32>,
+    pub(super) programs: Programs,
 }
 
 /// Which of a measurement's quantities.
@@ -54,39 +63,88 @@ struct Touched {
     columns: Vec<usize>,
 }
 
-/// The member that a row's keys name: names joined by `/`.
-pub(super) fn member(slot: &Slot, table: &Table, row: usize) -> String {
-    let names: Vec<&str> = slot.keys.iter().map(|&key| table.key(row, key)).collect();
+/// The member that a row's keys name: names joined by `/`. `numbers` are those of the names in each key column.
+pub(super) fn member(slot: &Slot, table: &Table, numbers: &[u32]) -> String {
+    let name = |&key: &usize| table.names(key).get(numbers[key] as usize).map_or("", String::as_str);
+    let names: Vec<&str> = slot.keys.iter().map(name).collect();
     names.join("/")
 }
 
 impl<'p> Block<'p> {
-    /// Finds the members of every row.
-    pub(super) fn new(program: &'p Program, index: usize, table: Table, weights: Vec<f64>, layout: &Layout) -> Self {
+    /// Finds all combinations of members that rows name.
+    ///
+    /// # Errors
+    /// Where the rows cannot be read.
+    pub(super) fn new(
+        program: &'p Program,
+        index: usize,
+        table: Table,
+        weights: Vec<f64>,
+        layout: &Layout,
+        execution: Execution,
+    ) -> Result<Self, Box<Diagnostic>> {
         let measurement = &program.measurements[index];
-        let mut known: HashMap<Vec<u32>, u32> = HashMap::new();
-        let mut combinations: Vec<Vec<usize>> = Vec::new();
-        let mut combination = Vec::with_capacity(table.rows());
-        let used: Vec<usize> = {
-            let mut used: Vec<usize> = measurement.slots.iter().flat_map(|slot| slot.keys.clone()).collect();
-            used.sort_unstable();
-            used.dedup();
-            used
+        let mut keys: Vec<usize> = measurement.slots.iter().flat_map(|slot| slot.keys.clone()).collect();
+        keys.sort_unstable();
+        keys.dedup();
+        let mut block = Block {
+            index,
+            measurement,
+            table: Arc::new(table),
+            weights,
+            seen: Seen { program, measurement },
+            execution,
+            combinations: Vec::new(),
+            keys,
+            known: HashMap::new(),
+            programs: Programs::default(),
         };
-        for row in 0..table.rows() {
-            let key: Vec<u32> = used.iter().map(|&k| table.key_index(row, k)).collect();
-            let next = combinations.len() as u32;
-            let id = *known.entry(key).or_insert_with(|| {
+        block.combine(layout)?;
+        Ok(block)
+    }
+
+    fn combine(&mut self, layout: &Layout) -> Result<(), Box<Diagnostic>> {
+        let table = Arc::clone(&self.table);
+        let program = self.seen.program;
+        let mut buffer = Buffer::default();
+        let all = if self.keys.is_empty() { table.rows().min(1) } else { table.rows() };
+        for piece in pieces(all) {
+            let rows = table.read(piece, &mut buffer).map_err(|error| Box::new(Table::unreadable(&error)))?;
+            for row in 0..rows.len() {
+                let numbers = rows.keys(row);
+                let chosen: Vec<u32> = self.keys.iter().map(|&key| numbers[key]).collect();
+                if self.known.contains_key(&chosen) {
+                    continue;
+                }
                 let group = |slot: &Slot| {
-                    let member = program.parameters[slot.parameter].family.then(|| member(slot, &table, row));
+                    let family = program.parameters[slot.parameter].family;
+                    let member = family.then(|| member(slot, &table, numbers));
                     layout.group(slot.parameter, member.as_deref()).unwrap_or(0)
                 };
-                combinations.push(measurement.slots.iter().map(group).collect());
-                next
-            });
-            combination.push(id);
+                self.known.insert(chosen, self.combinations.len() as u32);
+                self.combinations.push(self.measurement.slots.iter().map(group).collect());
+            }
         }
-        Block { index, measurement, table, weights, combinations, combination }
+        Ok(())
+    }
+
+    /// The same rows, with nothing compiled yet.
+    pub(super) fn anew(&self) -> Self {
+        Block { programs: Programs::default(), ..self.clone() }
+    }
+
+    /// The combination of a row whose names have these numbers.
+    pub(super) fn combination(&self, numbers: &[u32]) -> u32 {
+        if self.keys.is_empty() {
+            return 0;
+        }
+        let chosen: Vec<u32> = self.keys.iter().map(|&key| numbers[key]).collect();
+        self.known.get(&chosen).copied().unwrap_or(0)
+    }
+
+    fn combination_of(&self, row: usize) -> usize {
+        let numbers: Vec<u32> = (0..self.measurement.keys.len()).map(|key| self.table.key_index(row, key)).collect();
+        self.combination(&numbers) as usize
     }
 
     /// The numbers of a combination's leaves at a point.
@@ -114,16 +172,7 @@ impl<'p> Block<'p> {
         touched
     }
 
-    /// Rows by combination, so that each is begun once; within one, in the order of the table.
-    fn runs(&self) -> Vec<Vec<usize>> {
-        let mut runs = vec![Vec::new(); self.combinations.len()];
-        for (row, &combination) in self.combination.iter().enumerate() {
-            runs[combination as usize].push(row);
-        }
-        runs
-    }
-
-    /// Calls `visit(row, values)` for every row, with residuals (not whitened) or outputs.
+    /// Calls `visit(row, values)` for every row in order, with residuals (not whitened) or outputs.
     ///
     /// # Errors
     /// Where an output is not a number.
@@ -134,24 +183,35 @@ impl<'p> Block<'p> {
         point: &[f64],
         mut visit: impl FnMut(usize, &[f64]),
     ) -> Result<(), Undefined> {
-        let tape = self.tape(what);
-        let mut values = vec![0.0; tape.outputs()];
-        for (combination, rows) in self.runs().into_iter().enumerate() {
-            let mut evaluator = Evaluator::new(tape, Vec::new());
-            evaluator.begin(&self.leaves(combination, layout, point));
-            for row in rows {
-                evaluator.values(self.table.row(row), &mut values);
-                if values.iter().any(|value| !value.is_finite()) {
-                    return Err(self.undefined(&mut evaluator, self.table.row(row), row, what, false));
+        let compiled = match what {
+            Quantities::Residuals => self.seen.residuals(&self.programs, &self.weights, self.execution.instructions()),
+            Quantities::Outputs => self.seen.outputs(&self.programs, self.execution.instructions()),
+        };
+        let factors: Vec<f64> = match what {
+            Quantities::Residuals => self.weights.iter().map(|weight| 1.0 / weight).collect(),
+            Quantities::Outputs => vec![1.0; compiled.outputs()],
+        };
+        let pass = Pass::new(self, compiled, layout, point);
+        let mut values = vec![0.0; compiled.outputs()];
+        for piece in pieces(self.table.rows()) {
+            pass.piece(piece, None, |span, found| {
+                for i in 0..span.count {
+                    for (output, (value, factor)) in values.iter_mut().zip(&factors).enumerate() {
+                        *value = found.output(output)[i] * factor;
+                    }
+                    if values.iter().any(|value| !value.is_finite()) {
+                        return Err(self.explain(what, layout, point, span, false));
+                    }
+                    visit(span.first + i, &values);
                 }
-                visit(row, &values);
-            }
+                Ok(())
+            })?;
         }
         Ok(())
     }
 
-    /// Calls `visit` with the whitened residuals and derivatives of every row. `place` gives each coordinate's place among
-    /// the free ones. With `adjusted`, rows are evaluated at those inputs instead of the table's.
+    /// Calls `visit` with the whitened residuals and derivatives of every row, by dual numbers: what all faster evaluation is
+    /// measured against. `place` gives each coordinate's place among the free ones.
     ///
     /// # Errors
     /// Where a residual or a derivative is not a number.
@@ -160,43 +220,38 @@ impl<'p> Block<'p> {
         layout: &Layout,
         point: &[f64],
         place: &[Option<usize>],
-        adjusted: Option<&[f64]>,
         mut visit: impl FnMut(RowJacobian) -> Result<(), Undefined>,
     ) -> Result<(), Undefined> {
         let tape = &self.measurement.tape;
-        let m = tape.outputs();
-        let width = self.measurement.inputs.len();
-        let mut values = vec![0.0; m];
-        for (combination, rows) in self.runs().into_iter().enumerate() {
-            let Touched { leaves, columns } = self.touched(combination, layout, place);
-            let mut derivatives = vec![0.0; m * columns.len()];
-            let mut evaluator = Evaluator::new(tape, leaves);
-            evaluator.begin(&self.leaves(combination, layout, point));
-            for row in rows {
-                let inputs = match adjusted {
-                    Some(all) => &all[row * width..(row + 1) * width],
-                    None => self.table.row(row),
-                };
-                evaluator.row(inputs, &mut values, &mut derivatives);
-                if values.iter().chain(&derivatives).any(|value| !value.is_finite()) {
-                    return Err(self.undefined(&mut evaluator, inputs, row, Quantities::Residuals, true));
-                }
-                for (i, &weight) in self.weights.iter().enumerate() {
-                    values[i] *= weight;
-                    for derivative in &mut derivatives[i * columns.len()..(i + 1) * columns.len()] {
-                        *derivative *= weight;
-                    }
-                }
-                visit(RowJacobian { row, residuals: &values, derivatives: &derivatives, columns: &columns })?;
+        let mut values = vec![0.0; tape.outputs()];
+        let mut begun: HashMap<usize, (Evaluator, Vec<usize>, Vec<f64>)> = HashMap::new();
+        for row in 0..self.table.rows() {
+            let combination = self.combination_of(row);
+            let (evaluator, columns, derivatives) = begun.entry(combination).or_insert_with(|| {
+                let Touched { leaves, columns } = self.touched(combination, layout, place);
+                let mut evaluator = Evaluator::new(tape, leaves);
+                evaluator.begin(&self.leaves(combination, layout, point));
+                let derivatives = vec![0.0; tape.outputs() * columns.len()];
+                (evaluator, columns, derivatives)
+            });
+            let inputs = self.table.row(row);
+            evaluator.row(&inputs, &mut values, derivatives);
+            if values.iter().chain(&*derivatives).any(|value| !value.is_finite()) {
+                return Err(self.undefined(evaluator, &inputs, row, Quantities::Residuals, true));
             }
+            for (i, &weight) in self.weights.iter().enumerate() {
+                values[i] *= weight;
+                for derivative in &mut derivatives[i * columns.len()..(i + 1) * columns.len()] {
+                    *derivative *= weight;
+                }
+            }
+            visit(RowJacobian { row, residuals: &values, derivatives, columns })?;
         }
         Ok(())
     }
 
-    /// Calls `visit(row, inputs, residuals, derivatives by inputs)` with what is not whitened, for every row.
-    ///
-    /// # Errors
-    /// Where a residual or a derivative is not a number.
+    /// Calls `visit(row, evaluate)` for every row, where `evaluate(inputs, residuals, derivatives by inputs)` gives what is not
+    /// whitened, by dual numbers.
     pub fn input_jacobians(
         &self,
         layout: &Layout,
@@ -204,17 +259,47 @@ impl<'p> Block<'p> {
         mut visit: impl FnMut(usize, &mut dyn FnMut(&[f64], &mut [f64], &mut [f64])),
     ) {
         let tape = &self.measurement.tape;
-        let leaves: Vec<Leaf> = (0..tape.inputs()).map(Leaf::Input).collect();
-        for (combination, rows) in self.runs().into_iter().enumerate() {
-            let mut evaluator = Evaluator::new(tape, leaves.clone());
-            evaluator.begin(&self.leaves(combination, layout, point));
-            for row in rows {
-                let mut evaluate = |inputs: &[f64], values: &mut [f64], derivatives: &mut [f64]| {
-                    evaluator.row(inputs, values, derivatives);
-                };
-                visit(row, &mut evaluate);
-            }
+        let mut begun: HashMap<usize, Evaluator> = HashMap::new();
+        for row in 0..self.table.rows() {
+            let combination = self.combination_of(row);
+            let evaluator = begun.entry(combination).or_insert_with(|| {
+                let mut evaluator = Evaluator::new(tape, (0..tape.inputs()).map(Leaf::Input).collect());
+                evaluator.begin(&self.leaves(combination, layout, point));
+                evaluator
+            });
+            visit(row, &mut |inputs, values, derivatives| evaluator.row(inputs, values, derivatives));
         }
+    }
+
+    /// Why a span of rows has something that is not a number: the first row and operation, by the evaluation that names them.
+    pub(super) fn explain(
+        &self,
+        what: Quantities,
+        layout: &Layout,
+        point: &[f64],
+        span: &Span,
+        derivatives: bool,
+    ) -> Undefined {
+        let width = self.measurement.inputs.len();
+        let find = |derivatives: bool| {
+            span.combination.iter().enumerate().find_map(|(i, &combination)| {
+                let inputs = &span.readings[i * width..(i + 1) * width];
+                let mut evaluator = Evaluator::new(self.tape(what), Vec::new());
+                evaluator.begin(&self.leaves(combination as usize, layout, point));
+                let bad = inputs.iter().any(|reading| !reading.is_finite())
+                    || evaluator.undefined(inputs, derivatives).is_some();
+                bad.then(|| self.undefined(&mut evaluator, inputs, span.first + i, what, derivatives))
+            })
+        };
+        find(false).or_else(|| derivatives.then(|| find(true)).flatten()).unwrap_or_else(|| {
+            let (first, last) = (span.first + 1, span.first + span.count);
+            let message = format!(
+                "measurement `{}`, rows {first} to {last}: a number is too large, or no number",
+                self.measurement.name
+            );
+            let place = self.table.place(span.first);
+            Undefined(Box::new(Diagnostic::error(Code::UndefinedAtStart, message).at_data(place)))
+        })
     }
 
     fn tape(&self, what: Quantities) -> &'p Tape {

@@ -10,19 +10,28 @@
 mod adjusted;
 mod bind;
 mod block;
+mod execution;
+mod factor;
 mod layout;
+mod pass;
 mod prior;
+mod programs;
 mod rotation;
 mod selection;
 mod solving;
 
+pub use adjusted::At;
 pub use bind::{Options, Weights};
 pub use block::{Block, Quantities, RowJacobian};
+pub use execution::Execution;
+pub use factor::Rows;
 pub use layout::{Coordinate, Layout};
+pub use programs::operations;
 pub use selection::Selection;
 pub use solving::Undefined;
 
 use crate::compile::Program;
+use prior::Prior;
 
 /// A program bound to rows of data.
 #[derive(Clone, Debug)]
@@ -39,6 +48,8 @@ pub struct Problem<'p> {
     pub start: Vec<f64>,
     /// The free coordinates, by their number.
     pub free: Vec<usize>,
+    /// With which instructions, and by how many threads.
+    pub execution: Execution,
     /// The tolerance of each free coordinate.
     scale: Vec<f64>,
 }

@@ -2,14 +2,11 @@
 
 use super::prior::Prior;
 use super::rotation;
-use super::{Problem, Quantities};
+use super::{At, Problem, Rows};
 use crate::diag::{Code, Diagnostic};
-use crate::linalg::{LinalgError, Matrix, SquareRootInformation};
-use crate::solve::{LeastSquares, null_space};
+use crate::linalg::{LinalgError, SquareRootInformation};
+use crate::solve::LeastSquares;
 use crate::unit::Dimension;
-
-/// Rows of the Jacobian folded at a time.
-const CHUNK: usize = 128;
 
 /// Why the residuals have no value or no derivative at a point.
 #[derive(Clone, Debug)]
@@ -38,78 +35,6 @@ impl Problem<'_> {
         }
         place
     }
-
-    /// QR([J r]) of the data alone, at the table's inputs or at adjusted ones (one vector per block).
-    ///
-    /// # Errors
-    /// Where a residual or a derivative is undefined.
-    pub fn information(
-        &self,
-        point: &[f64],
-        adjusted: Option<&[Vec<f64>]>,
-    ) -> Result<SquareRootInformation, Undefined> {
-        let n = self.free.len();
-        let place = self.places();
-        let mut information = SquareRootInformation::new(n);
-        let mut chunk = Matrix::zeros(CHUNK, n + 1);
-        let mut filled = 0;
-        for (b, block) in self.blocks.iter().enumerate() {
-            let inputs = adjusted.map(|all| all[b].as_slice());
-            block.jacobians(&self.layout, point, &place, inputs, |row| {
-                for (i, &residual) in row.residuals.iter().enumerate() {
-                    let derivatives = &row.derivatives[i * row.columns.len()..];
-                    for (&column, &derivative) in row.columns.iter().zip(derivatives) {
-                        chunk[(filled, column)] += derivative;
-                    }
-                    chunk[(filled, n)] = residual;
-                    filled += 1;
-                    if filled == CHUNK {
-                        information.absorb(&mut chunk)?;
-                        chunk = Matrix::zeros(CHUNK, n + 1);
-                        filled = 0;
-                    }
-                }
-                Ok(())
-            })?;
-        }
-        if filled > 0 {
-            let mut rest = Matrix::zeros(filled, n + 1);
-            for column in 0..=n {
-                rest.column_mut(column).copy_from_slice(&chunk.column(column)[..filled]);
-            }
-            information.absorb(&mut rest)?;
-        }
-        Ok(information)
-    }
-
-    /// Folds in the rows of the priors.
-    pub(super) fn with_priors(
-        &self,
-        mut information: SquareRootInformation,
-        point: &[f64],
-    ) -> Result<SquareRootInformation, Undefined> {
-        let mut rows = Prior::rows(self, point);
-        if rows.rows() > 0 {
-            information.absorb(&mut rows)?;
-        }
-        Ok(information)
-    }
-
-    /// Σ of the squares of the data's whitened residuals.
-    ///
-    /// # Errors
-    /// Where a residual is undefined.
-    pub fn sum_of_squares(&self, point: &[f64]) -> Result<f64, Undefined> {
-        let mut total = 0.0;
-        for block in &self.blocks {
-            let mut sum = 0.0;
-            block.values(Quantities::Residuals, &self.layout, point, |_, values| {
-                sum += values.iter().zip(&block.weights).map(|(r, w)| (r * w).powi(2)).sum::<f64>();
-            })?;
-            total += sum;
-        }
-        if total.is_finite() { Ok(total) } else { Err(LinalgError::NotFinite.into()) }
-    }
 }
 
 impl LeastSquares for Problem<'_> {
@@ -125,7 +50,7 @@ impl LeastSquares for Problem<'_> {
     }
 
     fn linearise(&self, q: &Vec<f64>) -> Result<SquareRootInformation, Undefined> {
-        self.with_priors(self.information(q, None)?, q)
+        self.with_priors(self.information(q, At::Observed, Rows::All)?, q)
     }
 
     fn retract(&self, q: &Vec<f64>, delta: &[f64]) -> Vec<f64> {
@@ -180,11 +105,8 @@ impl LeastSquares for Problem<'_> {
         (bound(|c| c.min), bound(|c| c.max))
     }
 
-    /// Judged where the inputs are consistent with q: at noisy inputs a symmetry of the model shows as a small singular
-    /// value, and would be taken for knowledge.
-    fn invisible(&self, q: &Vec<f64>, _: &SquareRootInformation) -> Result<Vec<Vec<f64>>, Undefined> {
-        let consistent = self.consistent_inputs(q);
-        let information = self.with_priors(self.information(q, Some(&consistent))?, q)?;
-        Ok(null_space(&information, &self.scale)?.basis)
+    /// Judged where the inputs are consistent with q.
+    fn invisible(&self, q: &Vec<f64>, at: &SquareRootInformation) -> Result<Vec<Vec<f64>>, Undefined> {
+        Ok(self.visible(q, true, at)?.basis)
     }
 }
