@@ -38,7 +38,7 @@ fn errors(flagship: &Flagship, point: &[f64], lines: usize, seed: u64) -> [(f64,
 fn calibrated(flagship: &Flagship, lines: usize, seed: u64) -> Fit {
     let options = simulate::Options { rows: vec![(0, lines)], seed: Some(seed), exact: false };
     let simulated = simulate(&flagship.0, &flagship.0.scenarios[0], &options).expect("it simulates");
-    let options = Options { weights: Some(Weights::Unit), selection: Selection::default() };
+    let options = Options { weights: Some(Weights::Unit), selection: Selection::default(), ..Options::default() };
     let (problem, _) = Problem::bind(&flagship.0, simulated.tables, &options).expect("it binds");
     let solution = minimise(&problem, problem.start.clone(), &Settings::default()).expect("it starts");
     analyse(&problem, solution).expect("defined")
@@ -88,7 +88,7 @@ fn the_papers_21_parameters_are_one_too_many() {
     let options = simulate::Options { rows: vec![(0, 100)], seed: Some(5), exact: false };
     let simulated = simulate(&flagship.0, &flagship.0.scenarios[0], &options).expect("it simulates");
     let selection = Selection { free: vec!["L1.b".into()], ..Selection::default() };
-    let options = Options { weights: Some(Weights::Unit), selection };
+    let options = Options { weights: Some(Weights::Unit), selection, ..Options::default() };
     let (problem, _) = Problem::bind(&flagship.0, simulated.tables, &options).expect("it binds");
     let solution = minimise(&problem, problem.start.clone(), &Settings::default()).expect("it starts");
     let fit = analyse(&problem, solution).expect("defined");
@@ -108,7 +108,7 @@ fn the_invisible_direction_is_the_known_one() {
     let simulated = simulate(&flagship.0, &flagship.0.scenarios[0], &options).expect("it simulates");
     let truth = simulated.truth.clone();
     let selection = Selection { free: vec!["L1.b".into()], start: truth, ..Selection::default() };
-    let options = Options { weights: Some(Weights::Unit), selection };
+    let options = Options { weights: Some(Weights::Unit), selection, ..Options::default() };
     let (problem, _) = Problem::bind(&flagship.0, simulated.tables, &options).expect("it binds");
     let information = problem.linearise(&problem.start).expect("defined");
     let found = problem.invisible(&problem.start, &information).expect("defined");

@@ -14,7 +14,7 @@ pub fn bound<'p>(
     weights: Option<Weights>,
 ) -> Problem<'p> {
     let tables = tables.iter().cloned().enumerate().collect();
-    let bound = Problem::bind(program, tables, &Options { weights, selection });
+    let bound = Problem::bind(program, tables, &Options { weights, selection, ..Options::default() });
     bound.unwrap_or_else(|found| panic!("{}", phical::diag::text(&found, false))).0
 }
 

@@ -304,7 +304,7 @@ proptest! {
         let rows = cloud(&[point], Vector3::new(0.1, 0.2, 0.3), Vector3::zeros());
         let problem = bound(&program, &[table(&rows)], Selection::default(), Some(Weights::Unit));
         let [x, y, z] = point;
-        problem.blocks[0].jacobians(&problem.layout, &problem.start, &problem.places(), None, |row| {
+        problem.blocks[0].jacobians(&problem.layout, &problem.start, &problem.places(), |row| {
             assert_eq!(row.derivatives, [0.0, z, -y, -z, 0.0, x, y, -x, 0.0].as_slice());
             Ok(())
         }).expect("defined");

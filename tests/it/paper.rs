@@ -112,7 +112,7 @@ fn the_papers_formulas_agree() {
         let right = [links[3], links[4], links[5]];
         let block = &problem.blocks[0];
         block
-            .jacobians(&problem.layout, &q, &problem.places(), None, |found| {
+            .jacobians(&problem.layout, &q, &problem.places(), |found| {
                 let x = block.table.row(found.row);
                 let upper = observe(&sight(&left, x[0], x[1]), &sight(&right, x[2], x[3]));
                 let lower = observe(&sight(&left, x[4], x[5]), &sight(&right, x[6], x[7]));

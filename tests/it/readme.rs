@@ -13,6 +13,7 @@ fn run(line: &str) -> Option<Output> {
     let arguments = line.strip_prefix("phical ").or_else(|| line.strip_prefix("cargo run --release -- "))?;
     let arguments = arguments.split(" #").next().unwrap_or("").split_whitespace();
     let mut command = Command::new(env!("CARGO_BIN_EXE_phical"));
+    command.env("PHICAL_INSTRUCTIONS", "baseline");
     Some(command.args(arguments).current_dir(project("")).env("COLUMNS", "100").output().expect("phical runs"))
 }
 

@@ -13,6 +13,7 @@ use crate::shared::project;
 fn run(folder: &Path) -> String {
     let args = std::fs::read_to_string(folder.join("args")).expect("args");
     let out = Command::new(env!("CARGO_BIN_EXE_phical"))
+        .env("PHICAL_INSTRUCTIONS", "baseline")
         .args(args.split_whitespace())
         .current_dir(folder)
         .env("COLUMNS", "100")
