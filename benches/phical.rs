@@ -100,7 +100,7 @@ fn chain(joints: usize) -> Program {
         |k: usize| format!("Revolute(name: \"J{k}\", a: Free(0.1), b: Free(0.2), alpha: Free(0.3), beta: Free(0.4))");
     let inputs: Vec<String> = (0..joints).map(|k| format!("\"q{k}\": (unit: \"rad\")")).collect();
     let text = format!(
-        "(name: \"chain\", chains: {{ \"arm\": [{}] }}, measurements: {{ \"end\": (inputs: {{ {} }}, residuals: {{ \"r\": \"arm({}).o\" }}) }})",
+        "(name: \"chain\", chains: {{ \"arm\": [{}] }}, measurements: {{ \"end\": (inputs: {{ {} }}, define: {{ \"end\": \"arm({})\" }}, residuals: {{ \"o\": \"end.o\", \"z\": \"end.z\" }}) }})",
         (0..joints).map(joint).collect::<Vec<_>>().join(", "),
         inputs.join(", "),
         (0..joints).map(|k| format!("q{k}")).collect::<Vec<_>>().join(", "),
