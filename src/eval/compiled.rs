@@ -39,7 +39,7 @@ impl Compiled {
     /// Compiles what the outputs need of a graph of scalar operations.
     pub fn new(graph: &Graph, outputs: &[Scalar], set: InstructionSet) -> Compiled {
         let schedule = Schedule::new(graph, outputs);
-        let code = Code::new(&schedule, set);
+        let code = Code::new(&schedule);
         Compiled { schedule, code, set }
     }
 
@@ -68,9 +68,8 @@ impl Compiled {
         let layout = self.code.layout;
         // vectors behind the last one may be looked at, though not used
         let mut numbers = Aligned::zeros(layout.len + ROWS);
-        for (vector, value) in numbers.as_mut_slice().chunks_mut(layout.lanes).zip(self.schedule.prepare(parameters)) {
-            vector.fill(value);
-        }
+        let uniforms = self.schedule.prepare(parameters);
+        numbers.as_mut_slice()[..uniforms.len()].copy_from_slice(&uniforms);
         Block { numbers, slots: layout.slots, outputs: layout.outputs }
     }
 
@@ -91,6 +90,18 @@ impl Block {
     pub fn output(&self, output: usize) -> &[f64] {
         let first = self.outputs + output * ROWS;
         &self.numbers.as_slice()[first..first + ROWS]
+    }
+
+    /// Makes an output of the last run an input of the next.
+    pub fn feed(&mut self, output: usize, input: usize) {
+        let (from, to) = (self.outputs + output * ROWS, self.slots + input * ROWS);
+        self.numbers.as_mut_slice().copy_within(from..from + ROWS, to);
+    }
+
+    /// Gives an input the numbers of another.
+    pub fn copy_input(&mut self, from: usize, to: usize) {
+        let (from, to) = (self.slots + from * ROWS, self.slots + to * ROWS);
+        self.numbers.as_mut_slice().copy_within(from..from + ROWS, to);
     }
 
     /// All outputs, one after the other, which may be overwritten.

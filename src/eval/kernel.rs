@@ -1,26 +1,20 @@
 //! The inner loop: operations outside, rows inside.
 //!
 //! What a run of like steps does is looked up once; each step then goes over the rows of a block in vectors. A buffer begins
-//! with the uniforms, one vector each, which a step loads once; slots and outputs follow, so many vectors each. These are
-//! cells, for a result may take the slot of an operand; a step reads each vector before it writes it.
+//! with the uniforms, one number each, which a step spreads over a vector once; slots and outputs follow, so many vectors each.
+//! These are cells, for a result may take the slot of an operand; a step reads each vector before it writes it. All of it
+//! passes through the nearest cache once for each block, so that what is short is fast: the code too.
 
 use std::cell::Cell;
 
 use pulp::{Simd, WithSimd, bytemuck};
 
-use super::schedule::{Action, Addend, MOST_OPERANDS, MOST_SUMS, Place, Schedule};
+use super::schedule::{Action, Addend, Place, Schedule};
 use crate::graph::Operation;
-use crate::simd::{InstructionSet, mul_add, near_all, near_sin_cos, neg_mul_add, sin_cos};
+use crate::simd::{mul_add, near_all, near_sin_cos, neg_mul_add, sin_cos};
 
 /// Rows of a block.
 pub const ROWS: usize = 64;
-
-/// A step by positions: of a uniform among the uniforms, of the rest among slots and outputs.
-#[derive(Clone, Copy, Debug)]
-struct Instruction {
-    operands: [u32; MOST_OPERANDS],
-    results: [u32; MOST_SUMS],
-}
 
 /// Steps of one kind.
 #[derive(Clone, Debug)]
@@ -28,10 +22,12 @@ struct Group {
     action: Action,
     /// which of two operands is a uniform
     uniform: Option<usize>,
-    instructions: Vec<Instruction>,
+    /// of each step its operands and then its results, as positions: of a uniform among the uniforms, of the rest among slots
+    /// and outputs
+    positions: Vec<u32>,
 }
 
-/// A schedule with places as positions in the buffer of one instruction set.
+/// A schedule with places as positions in a buffer.
 #[derive(Clone, Debug)]
 pub(super) struct Code {
     groups: Vec<Group>,
@@ -41,20 +37,17 @@ pub(super) struct Code {
 /// Where things stand in the buffer, in numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layout {
-    /// numbers of a vector
-    pub(super) lanes: usize,
     pub(super) slots: usize,
     pub(super) outputs: usize,
     pub(super) len: usize,
 }
 
 impl Code {
-    pub(super) fn new(schedule: &Schedule, set: InstructionSet) -> Code {
-        let lanes = set.lanes();
+    pub(super) fn new(schedule: &Schedule) -> Code {
         // slots begin at a line of the cache
-        let slots = (schedule.uniforms() * lanes).next_multiple_of(8);
+        let slots = schedule.uniforms().next_multiple_of(8);
         let outputs = slots + schedule.slots * ROWS;
-        let layout = Layout { lanes, slots, outputs, len: outputs + schedule.outputs * ROWS };
+        let layout = Layout { slots, outputs, len: outputs + schedule.outputs * ROWS };
         let at = |place: Place| match place {
             Place::Uniform(uniform) => uniform,
             Place::Slot(slot) => slot,
@@ -62,13 +55,11 @@ impl Code {
         };
         let mut groups: Vec<Group> = Vec::new();
         for step in &schedule.steps {
-            let instruction = Instruction { operands: step.operands.map(at), results: step.results.map(at) };
             let (action, uniform) = step.kind();
+            let positions = step.operands().iter().chain(step.results()).map(|&place| at(place));
             match groups.last_mut() {
-                Some(group) if (group.action, group.uniform) == (action, uniform) => {
-                    group.instructions.push(instruction);
-                }
-                _ => groups.push(Group { action, uniform, instructions: vec![instruction] }),
+                Some(group) if (group.action, group.uniform) == (action, uniform) => group.positions.extend(positions),
+                _ => groups.push(Group { action, uniform, positions: positions.collect() }),
             }
         }
         Code { groups, layout }
@@ -100,9 +91,9 @@ impl Run<'_> {
     fn run<S: Simd, const N: usize>(self, simd: S) {
         let (uniforms, rows) = self.numbers.split_at_mut(self.code.layout.slots);
         let vectors = Cell::from_mut(S::as_mut_simd_f64s(rows).0).as_slice_of_cells();
-        let block = Vectors::<S, N> { simd, uniforms: S::as_simd_f64s(uniforms).0, rows: vectors.as_chunks().0 };
+        let block = Vectors::<S, N> { simd, uniforms, rows: vectors.as_chunks().0 };
         for group in &self.code.groups {
-            let (all, uniform) = (group.instructions.as_slice(), group.uniform);
+            let (all, uniform) = (group.positions.as_slice(), group.uniform);
             match group.action {
                 Action::Sum { uniform, positive, negative, addend, sums } => {
                     macro_rules! shapes {
@@ -136,7 +127,7 @@ impl Run<'_> {
                 Action::Copy => block.one(all, uniform, |x| x),
                 Action::Sqrt => block.one(all, uniform, |x| simd.sqrt_f64s(x)),
                 Action::SinCos => block.sin_cos(all),
-                Action::Call(Operation::Abs) => block.one(all, uniform, |x| simd.abs_f64s(x)),
+                Action::Call(Operation::Abs) => block.two(all, uniform, |x, _| simd.abs_f64s(x)),
                 Action::Call(Operation::AtLeast) => block.two(all, uniform, |x, y| {
                     simd.select_f64s(simd.greater_than_or_equal_f64s(x, y), x, simd.splat_f64s(f64::NAN))
                 }),
@@ -149,15 +140,20 @@ impl Run<'_> {
 /// The numbers of a block as vectors, N of them for each slot.
 struct Vectors<'a, S: Simd, const N: usize> {
     simd: S,
-    uniforms: &'a [S::f64s],
+    uniforms: &'a [f64],
     rows: &'a [[Cell<S::f64s>; N]],
 }
 
 impl<S: Simd, const N: usize> Vectors<'_, S, N> {
+    #[inline(always)]
+    fn uniform(&self, at: usize) -> S::f64s {
+        self.simd.splat_f64s(self.uniforms[at])
+    }
+
     /// Applies a function of one operand.
     #[inline(always)]
-    fn one(&self, instructions: &[Instruction], uniform: Option<usize>, f: impl Fn(S::f64s) -> S::f64s) {
-        for Instruction { operands: [x, ..], results: [to, ..] } in instructions {
+    fn one(&self, steps: &[u32], uniform: Option<usize>, f: impl Fn(S::f64s) -> S::f64s) {
+        for [x, to] in steps.as_chunks().0 {
             let (x, to) = (*x as usize, &self.rows[*to as usize]);
             match uniform {
                 None => {
@@ -167,7 +163,7 @@ impl<S: Simd, const N: usize> Vectors<'_, S, N> {
                     }
                 }
                 Some(_) => {
-                    let value = f(self.uniforms[x]);
+                    let value = f(self.uniform(x));
                     for to in to {
                         to.set(value);
                     }
@@ -178,8 +174,8 @@ impl<S: Simd, const N: usize> Vectors<'_, S, N> {
 
     /// Applies a function of two operands, one of which may be a uniform.
     #[inline(always)]
-    fn two(&self, instructions: &[Instruction], uniform: Option<usize>, f: impl Fn(S::f64s, S::f64s) -> S::f64s) {
-        for Instruction { operands: [x, y, ..], results: [to, ..] } in instructions {
+    fn two(&self, steps: &[u32], uniform: Option<usize>, f: impl Fn(S::f64s, S::f64s) -> S::f64s) {
+        for [x, y, to] in steps.as_chunks().0 {
             let (x, y, to) = (*x as usize, *y as usize, &self.rows[*to as usize]);
             match uniform {
                 None => {
@@ -189,13 +185,13 @@ impl<S: Simd, const N: usize> Vectors<'_, S, N> {
                     }
                 }
                 Some(0) => {
-                    let (x, y) = (self.uniforms[x], &self.rows[y]);
+                    let (x, y) = (self.uniform(x), &self.rows[y]);
                     for i in 0..N {
                         to[i].set(f(x, y[i].get()));
                     }
                 }
                 Some(_) => {
-                    let (x, y) = (&self.rows[x], self.uniforms[y]);
+                    let (x, y) = (&self.rows[x], self.uniform(y));
                     for i in 0..N {
                         to[i].set(f(x[i].get(), y));
                     }
@@ -207,18 +203,15 @@ impl<S: Simd, const N: usize> Vectors<'_, S, N> {
     /// K sums of products with shared factors: U with a uniform, P more, less M others, and of an addend. Written out, for
     /// what is generic over the number of operands does not stay in registers.
     #[inline(always)]
-    fn sums<const U: usize, const P: usize, const M: usize, const ADDEND: u8, const K: usize>(
-        &self,
-        instructions: &[Instruction],
-    ) {
+    fn sums<const U: usize, const P: usize, const M: usize, const ADDEND: u8, const K: usize>(&self, steps: &[u32]) {
         let simd = self.simd;
         let products = U + P + M;
         let width = products + usize::from(ADDEND != Addend::None as u8);
-        for instruction in instructions {
+        for step in steps.chunks_exact(products + K * (width + 1)) {
             // what is not there is what surely is, which costs nothing
-            let row = |k: usize, there: bool| &self.rows[instruction.operands[if there { k } else { 0 }] as usize];
+            let row = |k: usize, there: bool| &self.rows[step[if there { k } else { 0 }] as usize];
             let splat = |k: usize, there: bool| match there {
-                true => self.uniforms[instruction.operands[k] as usize],
+                true => self.uniform(step[k] as usize),
                 false => simd.splat_f64s(0.0),
             };
             let b = (row(0, true), row(1, products > 1), row(2, products > 2));
@@ -238,7 +231,7 @@ impl<S: Simd, const N: usize> Vectors<'_, S, N> {
                         ),
                         row(first + products, there && ADDEND == Addend::PerRow as u8),
                         splat(first + products, there && ADDEND == Addend::Uniform as u8),
-                        &self.rows[instruction.results[if there { $sum } else { 0 }] as usize],
+                        &self.rows[step[products + K * width + if there { $sum } else { 0 }] as usize],
                     )
                 }};
             }
@@ -289,8 +282,8 @@ impl<S: Simd, const N: usize> Vectors<'_, S, N> {
     }
 
     #[inline(always)]
-    fn sin_cos(&self, instructions: &[Instruction]) {
-        for Instruction { operands: [angle, ..], results: [sine, cosine, ..] } in instructions {
+    fn sin_cos(&self, steps: &[u32]) {
+        for [angle, sine, cosine] in steps.as_chunks().0 {
             let [angle, sine, cosine] = [angle, sine, cosine].map(|&at| &self.rows[at as usize]);
             // asked of all rows first, so that the loop proper has no branch
             let mut near = true;
@@ -315,8 +308,8 @@ impl<S: Simd, const N: usize> Vectors<'_, S, N> {
 
     /// A row of the table of operations, number by number.
     #[inline(never)]
-    fn call(&self, instructions: &[Instruction], uniform: Option<usize>, operation: Operation) {
-        self.two(instructions, uniform, |x, y| {
+    fn call(&self, steps: &[u32], uniform: Option<usize>, operation: Operation) {
+        self.two(steps, uniform, |x, y| {
             let mut result = x;
             let (xs, ys) = ([x], [y]);
             let (xs, ys) = (bytemuck::cast_slice::<S::f64s, f64>(&xs), bytemuck::cast_slice::<S::f64s, f64>(&ys));

@@ -73,6 +73,19 @@ impl Action {
             _ => 1,
         }
     }
+
+    /// How many operands and results it has.
+    fn size(self) -> (usize, usize) {
+        match self {
+            Action::Sum { uniform, positive, negative, addend, sums } => {
+                let (products, sums) = (usize::from(uniform + positive + negative), usize::from(sums));
+                (products + sums * (products + usize::from(addend != Addend::None)), sums)
+            }
+            Action::Add | Action::Sub | Action::Div | Action::Call(_) => (2, 1),
+            Action::SinCos => (1, 2),
+            Action::Neg | Action::Copy | Action::Sqrt => (1, 1),
+        }
+    }
 }
 
 /// One step. Operands that an action does not need are the first.
@@ -85,6 +98,16 @@ pub(super) struct Step {
 }
 
 impl Step {
+    /// The operands that it has.
+    pub(super) fn operands(&self) -> &[Place] {
+        &self.operands[..self.action.size().0]
+    }
+
+    /// The results that it has.
+    pub(super) fn results(&self) -> &[Place] {
+        &self.results[..self.action.size().1]
+    }
+
     /// What steps have in common that are done together: what they do, and which operand of two is a uniform, if any.
     pub(super) fn kind(&self) -> (Action, Option<usize>) {
         let uniform = match self.action {

@@ -78,19 +78,6 @@ impl InstructionSet {
         }
     }
 
-    /// Numbers of a vector.
-    pub fn lanes(self) -> usize {
-        struct Lanes;
-        impl WithSimd for Lanes {
-            type Output = usize;
-
-            fn with_simd<S: Simd>(self, _: S) -> usize {
-                S::F64_LANES
-            }
-        }
-        self.run(Lanes)
-    }
-
     /// Does the work with this set, or, where the machine does not have it, with the baseline.
     pub fn run<W: WithSimd>(self, work: W) -> W::Output {
         match self {
