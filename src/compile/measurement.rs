@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use super::declarations::{Declarations, Symbol};
-use super::program::{Input, Measurement, Output, Residual};
+use super::noise;
+use super::program::{Input, Measurement, Output, Residual, Sigma};
 use super::quantity::Quantities;
 use super::scope::{Binding, Scope};
 use super::snippet::Snippet;
@@ -13,7 +14,7 @@ use crate::graph::{Scalar, Tape};
 use crate::model::{self, Text};
 use crate::unit::{Dimension, Unit};
 
-/// The columns of a measurement as numbers of the program.
+/// The columns of a measurement as numbers of the program, for now without their sigmas.
 pub(crate) fn inputs(
     declared: &model::Measurement,
     quantities: &Quantities,
@@ -29,12 +30,15 @@ pub(crate) fn inputs(
             Some(text) => (quantities.unit(text, diagnostics).unwrap_or(Unit::ONE), false),
         };
         let wanted = unit.dimension;
-        let sigma = input.sigma.as_ref().and_then(|q| quantities.positive(q, wanted, Some(unit), diagnostics));
         let mut constant = |q: &Option<model::Quantity>| {
             q.as_ref().and_then(|q| quantities.constant(q, wanted, Some(unit), diagnostics))
         };
         let (bias, default) = (constant(&input.bias).unwrap_or(0.0), constant(&input.default));
-        inputs.push(Input { name: name.value.clone(), unit, dms, sigma, bias, default });
+        let group = match &input.group {
+            Some(group) => group.value.clone(),
+            None => wanted.to_string(),
+        };
+        inputs.push(Input { name: name.value.clone(), unit, dms, sigma: None, bias, default, group });
     }
     inputs
 }
@@ -133,16 +137,26 @@ pub(crate) fn compile(
     diagnostics: &mut Diagnostics,
 ) -> Measurement {
     let source = Arc::clone(&declarations.source);
-    let inputs = inputs(declared, quantities, diagnostics);
+    let mut inputs = inputs(declared, quantities, diagnostics);
     let mut scope = Scope::new(declarations);
     bind(&mut scope, declared, &inputs);
+    for ((_, declared), input) in declared.inputs.iter().zip(&mut inputs) {
+        let (wanted, bare) = (input.unit.dimension, Some(input.unit));
+        let found = declared.sigma.as_ref().map(|q| noise::sigma(&mut scope, q, wanted, bare, quantities, diagnostics));
+        input.sigma = found.flatten();
+    }
+    let correlations = noise::correlations(&declared.correlations, &inputs, quantities, diagnostics);
+    let robust = declared.loss.as_ref().and_then(|loss| noise::robust(loss, quantities, diagnostics));
 
     let (mut residuals, mut nodes) = (Vec::new(), Vec::new());
     for (name, residual) in declared.residuals.iter() {
         let snippet = Snippet::new(&residual.value, &source);
         let Some(parts) = scalars(&mut scope, &snippet) else { continue };
         for (suffix, node, dimension) in parts {
-            let sigma = residual.sigma.as_ref().and_then(|q| quantities.positive(q, dimension, None, diagnostics));
+            let sigma = residual
+                .sigma
+                .as_ref()
+                .and_then(|q| noise::sigma(&mut scope, q, dimension, None, quantities, diagnostics));
             residuals.push(Residual {
                 name: format!("{}{suffix}", name.value),
                 dimension,
@@ -172,6 +186,11 @@ pub(crate) fn compile(
         }
     }
 
+    let varying = inputs.iter().filter_map(|input| match input.sigma {
+        Some(Sigma::PerRow(node)) => Some(node),
+        _ => None,
+    });
+    let sigma_tape = Tape::lower(&scope.graph, &varying.collect::<Vec<_>>());
     let tape = Tape::lower(&scope.graph, &nodes);
     let output_tape = Tape::lower(&scope.graph, &output_nodes);
     diagnostics.extend(scope.diagnostics);
@@ -179,6 +198,9 @@ pub(crate) fn compile(
         name: name.value.clone(),
         keys: declared.keys.iter().map(|key| key.value.clone()).collect(),
         inputs,
+        sigma_tape,
+        correlations,
+        robust,
         slots: scope.slots,
         leaves: scope.leaves,
         residuals,

@@ -10,6 +10,7 @@ mod core;
 mod declarations;
 mod measurement;
 mod names;
+mod noise;
 mod operator;
 mod prelude;
 mod program;
@@ -24,8 +25,8 @@ mod value;
 pub use names::{Coordinate, coordinates};
 pub use prelude::PRELUDE;
 pub use program::{
-    Distribution, Input, KeyDistribution, Measurement, Output, Parameter, Program, Residual, Role, Scenario, Setting,
-    Shape, Simulation, Slot, Step,
+    Distribution, Input, KeyDistribution, LossOf, Measurement, Output, Parameter, Program, Residual, Robust, Role,
+    Scenario, Setting, Shape, Sigma, Simulation, Slot, Step,
 };
 
 use std::sync::Arc;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use crate::diag::{Source, Span};
 use crate::graph::{Graph, Scalar, Tape};
+use crate::statistics::Loss;
 use crate::unit::{Dimension, Unit, Units};
 
 /// A compiled model.
@@ -143,6 +144,25 @@ pub struct Slot {
     pub first_leaf: usize,
 }
 
+/// A standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sigma {
+    /// the same for all rows
+    Constant(f64),
+    /// a node of the measurement's graph, which inputs decide
+    PerRow(Scalar),
+}
+
+impl Sigma {
+    /// Where it is the same for all rows.
+    pub fn constant(self) -> Option<f64> {
+        match self {
+            Sigma::Constant(sigma) => Some(sigma),
+            Sigma::PerRow(_) => None,
+        }
+    }
+}
+
 /// A column of readings.
 #[derive(Clone, Debug)]
 pub struct Input {
@@ -153,11 +173,33 @@ pub struct Input {
     /// whether the column holds degrees-minutes-seconds
     pub dms: bool,
     /// standard deviation of a reading, where it is measured
-    pub sigma: Option<f64>,
+    pub sigma: Option<Sigma>,
     /// subtracted from a reading
     pub bias: f64,
     /// its value where there is no such column
     pub default: Option<f64>,
+    /// what its errors have in common with those of others: as declared, or else what it measures
+    pub group: String,
+}
+
+/// What large residuals count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Robust {
+    /// its kernel and tuning constant
+    pub loss: Loss,
+    /// of what it is a function
+    pub of: LossOf,
+    /// whether the scale of the residuals is estimated from their middle
+    pub estimated: bool,
+}
+
+/// Of what a loss is a function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LossOf {
+    /// the length of a row's whitened residuals
+    Row,
+    /// each corrected input, in its standard deviations
+    Input,
 }
 
 /// One scalar that should be zero.
@@ -168,7 +210,7 @@ pub struct Residual {
     /// what it measures
     pub dimension: Dimension,
     /// its standard deviation, where declared
-    pub sigma: Option<f64>,
+    pub sigma: Option<Sigma>,
     /// where its expression stands
     pub span: Span,
 }
@@ -193,6 +235,12 @@ pub struct Measurement {
     pub keys: Vec<String>,
     /// columns of readings
     pub inputs: Vec<Input>,
+    /// the sigmas of inputs that differ by row, over inputs
+    pub sigma_tape: Tape,
+    /// the correlations of the errors of the inputs that have a sigma, where there are any: row by row of these inputs
+    pub correlations: Option<Vec<Vec<f64>>>,
+    /// what large residuals count
+    pub robust: Option<Robust>,
     /// the parameters it uses, for both tapes
     pub slots: Vec<Slot>,
     /// how many leaves the slots have
@@ -274,7 +322,7 @@ pub struct Simulation {
     /// what is computed or solved for, in an order that works
     pub steps: Vec<Step>,
     /// mean and standard deviation of what is added to each input at the end
-    pub noise: Vec<(f64, f64)>,
+    pub noise: Vec<(f64, Option<Sigma>)>,
     /// where it is declared
     pub span: Span,
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::declarations::Declarations;
 use super::measurement;
 use super::names::coordinates;
-use super::program::{Distribution, Input, KeyDistribution, Measurement, Scenario, Simulation, Step};
+use super::program::{Distribution, Input, KeyDistribution, Measurement, Scenario, Sigma, Simulation, Step};
 use super::quantity::Quantities;
 use super::scope::{Binding, Scope};
 use super::snippet::Snippet;
@@ -352,8 +352,8 @@ impl Builder<'_> {
         steps
     }
 
-    fn noise(&self, diagnostics: &mut Diagnostics) -> Vec<(f64, f64)> {
-        let mut noise: Vec<(f64, f64)> = self.inputs.iter().map(|input| (0.0, input.sigma.unwrap_or(0.0))).collect();
+    fn noise(&self, diagnostics: &mut Diagnostics) -> Vec<(f64, Option<Sigma>)> {
+        let mut noise: Vec<(f64, Option<Sigma>)> = self.inputs.iter().map(|input| (0.0, input.sigma)).collect();
         for (name, declared) in self.experiment.noise.iter() {
             let Some(i) = self.input(&name.value) else {
                 self.unknown_input(name, diagnostics);
@@ -368,7 +368,7 @@ impl Builder<'_> {
                 let at = Snippet::new(name, &Arc::clone(&self.declarations.source));
                 diagnostics.push(at.whole(Code::NotPositive, "a standard deviation is not negative"));
             }
-            noise[i] = (mean, sigma);
+            noise[i] = (mean, Some(Sigma::Constant(sigma)));
         }
         noise
     }

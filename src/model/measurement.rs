@@ -17,8 +17,12 @@ record! {
         pub inputs: Map<Input>,
         /// Named expressions; each sees the ones before.
         pub define: Map<Text>,
+        /// Correlations between the errors of two inputs, by their names: `{"x, y": 0.5}`.
+        pub correlations: Map<Quantity>,
         /// What must vanish.
         pub residuals: Map<Residual>,
+        /// What large residuals count.
+        pub loss: Option<Loss>,
         /// What `evaluate` prints.
         pub outputs: Map<Text>,
     }
@@ -30,12 +34,14 @@ record! {
     pub struct Input {
         /// The unit of the column; without one, a plain number.
         pub unit: Option<Text>,
-        /// Its standard deviation; without one, it is exact.
+        /// Its standard deviation, perhaps an expression of inputs; without one, it is exact.
         pub sigma: Option<Quantity>,
         /// What is subtracted from the reading.
         pub bias: Option<Quantity>,
         /// The value where the column is absent.
         pub default: Option<Quantity>,
+        /// What its errors have in common with those of other inputs, such as the sensor: for variance components.
+        pub group: Option<Text>,
     }
 }
 
@@ -69,7 +75,39 @@ record! {
     }
 }
 
+record! {
+    /// What large residuals count: less than their squares.
+    "a loss"
+    pub struct Loss {
+        /// Its name, such as `huber`.
+        pub kernel: Text,
+        /// Its tuning constant, in standard deviations of one number; by default that of 95 % efficiency.
+        pub tuning: Option<Quantity>,
+        /// `row`, the default: of all residuals of a row together; or `input`: of each corrected input.
+        pub of: Option<Text>,
+        /// `declared`, the default: by the standard deviations as they are; or `estimated` from the middle of the residuals.
+        pub scale: Option<Text>,
+    }
+}
+
 plain_records!(Measurement, Input);
+
+impl Entry for Loss {
+    fn read(node: &Node, reader: &mut Reader) -> Option<Self> {
+        match &node.kind {
+            Kind::Text(kernel) => Some(Self { kernel: kernel.clone(), span: node.span, ..Self::default() }),
+            Kind::Group(None, _) => Self::from_fields(Fields::of(node, Self::WHAT, reader)?, reader),
+            _ => reader.wrong(node, "the name of a loss as text, or `(kernel: …, tuning: …)`", None),
+        }
+    }
+
+    fn write(&self) -> Option<Node> {
+        match (&self.tuning, &self.of, &self.scale) {
+            (None, None, None) => self.kernel.write(),
+            _ => Some(self.to_fields().node(None)),
+        }
+    }
+}
 
 /// What a data file is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

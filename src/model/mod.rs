@@ -35,7 +35,7 @@ mod tests;
 pub use chain::{DhRow, Joint, PhiJoint, Reads, Rigid};
 pub use leaf::{Components, Map, Number, Quantity};
 pub use load::load;
-pub use measurement::{DataFile, DataFiles, DataRole, Input, Measurement, Residual};
+pub use measurement::{DataFile, DataFiles, DataRole, Input, Loss, Measurement, Residual};
 pub use parameter::{Parameter, Shape};
 pub use print::print;
 pub use scenario::{Draw, Experiment, Noise, Scenario, Solve, Zero};

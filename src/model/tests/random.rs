@@ -181,21 +181,29 @@ fn data() -> BoxedStrategy<DataFiles> {
 }
 
 fn input() -> BoxedStrategy<Input> {
-    (of(any_text()), of(quantity()), of(quantity()), of(quantity()))
-        .prop_map(|(unit, sigma, bias, default)| Input { unit, sigma, bias, default, span: Span::default() })
+    (of(any_text()), of(quantity()), of(quantity()), of(quantity()), of(any_text()))
+        .prop_map(|(unit, sigma, bias, default, group)| {
+            let span = Span::default();
+            Input { unit, sigma, bias, default, group, span }
+        })
         .boxed()
 }
 
 fn measurement() -> BoxedStrategy<Measurement> {
     let residual =
         (any_text(), of(quantity())).prop_map(|(value, sigma)| Residual { value, sigma, span: Span::default() });
-    (data(), vec(any_text(), 0..3), map(input()), map(any_text()), map(residual), map(any_text()))
-        .prop_map(|(data, keys, inputs, define, residuals, outputs)| Measurement {
+    let loss = (any_text(), of(quantity()), of(any_text()), of(any_text()))
+        .prop_map(|(kernel, tuning, of, scale)| Loss { kernel, tuning, of, scale, span: Span::default() });
+    let says = (map(quantity()), map(residual), of(loss.boxed()));
+    (data(), vec(any_text(), 0..3), map(input()), map(any_text()), says, map(any_text()))
+        .prop_map(|(data, keys, inputs, define, (correlations, residuals, loss), outputs)| Measurement {
             data,
             keys,
             inputs,
             define,
+            correlations,
             residuals,
+            loss,
             outputs,
             span: Span::default(),
         })
