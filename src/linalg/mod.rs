@@ -14,6 +14,7 @@
 //! No type of another crate appears in a signature here, and nothing that is not finite gets in.
 
 mod bounded;
+mod cholesky;
 mod information;
 mod matrix;
 mod reflect;
@@ -21,6 +22,7 @@ mod svd;
 mod triangular;
 
 pub use bounded::{Bound, BoundedSolution, Start, bounded_least_squares};
+pub use cholesky::cholesky;
 pub use information::SquareRootInformation;
 pub use matrix::{Matrix, dot, norm, orthonormalise};
 pub use svd::{Svd, svd};

@@ -35,11 +35,13 @@ pub fn minimise<L: LeastSquares>(
     settings.validate()?;
     let mut search = Search::new(problem, settings)?;
     let (start, projected) = search.moved_into_bounds(start)?;
-    let cost = problem.cost(&start).map_err(StartError::Undefined)?;
+    let (cost, information) = problem.evaluate(&start).map_err(|error| match problem.cost(&start) {
+        Ok(cost) if !cost.is_finite() => StartError::NotFinite,
+        _ => StartError::Undefined(error),
+    })?;
     if !cost.is_finite() {
         return Err(StartError::NotFinite);
     }
-    let information = problem.linearise(&start).map_err(StartError::Undefined)?;
     if information.dimension() != problem.dimension() {
         return Err(StartError::Problem("linearisation"));
     }
@@ -137,12 +139,28 @@ impl<'a, L: LeastSquares> Search<'a, L> {
     pub(super) fn linearise(&mut self, point: L::Point, cost: f64) -> Option<State<L::Point>> {
         self.evaluations.linearisations += 1;
         let information = self.problem.linearise(&point).ok()?;
+        self.judged(point, cost, information)
+    }
+
+    /// A point with its linearisation, and with what is invisible there where that is kept out of the steps.
+    fn judged(&mut self, point: L::Point, cost: f64, information: SquareRootInformation) -> Option<State<L::Point>> {
         let mut invisible = vec![];
         if self.restricted {
             self.evaluations.ranks += 1;
             invisible = self.problem.invisible(&point, &information).ok()?;
         }
         Some(self.state(point, cost, information, invisible))
+    }
+
+    /// The true cost, and with it the linearisation where the step is likely to be taken; `None` where it is undefined.
+    fn look(&mut self, point: &L::Point, likely: bool) -> Option<(f64, Option<SquareRootInformation>)> {
+        if !likely {
+            return self.cost(point).map(|cost| (cost, None));
+        }
+        self.evaluations.costs += 1;
+        self.evaluations.linearisations += 1;
+        let (cost, information) = self.problem.evaluate(point).ok().filter(|(cost, _)| cost.is_finite())?;
+        Some((cost, Some(information)))
     }
 
     /// The true cost; `None` where it is undefined.
@@ -201,7 +219,7 @@ impl<'a, L: LeastSquares> Search<'a, L> {
             });
             self.iteration += 1;
             // Whether every trial that led elsewhere led to where something is undefined.
-            let (mut any_undefined, mut only_undefined) = (false, true);
+            let (mut any_undefined, mut only_undefined, mut likely) = (false, true, true);
             let next = loop {
                 if self.trace.len() >= self.settings.max_trials {
                     return (state, Status::MaxTrials);
@@ -209,7 +227,9 @@ impl<'a, L: LeastSquares> Search<'a, L> {
                 let Ok(step) = region.step(delta) else {
                     return (state, Status::Breakdown);
                 };
-                let trial = self.trial(&state, &region, &step, delta);
+                let trial = self.trial(&state, &region, &step, delta, likely);
+                // after a step that was not taken, the next is not likely to be either
+                likely = false;
                 match trial {
                     Trial::Undefined => any_undefined = true,
                     Trial::Rejected { actual } => only_undefined &= actual == 0.0,
@@ -282,9 +302,16 @@ impl<'a, L: LeastSquares> Search<'a, L> {
         (region.full.predicted <= NO_GRADIENT * NO_GRADIENT * state.cost).then_some(Status::Cost)
     }
 
-    fn trial(&mut self, state: &State<L::Point>, region: &Region<'_>, step: &Step, radius: f64) -> Trial<L::Point> {
+    fn trial(
+        &mut self,
+        state: &State<L::Point>,
+        region: &Region<'_>,
+        step: &Step,
+        radius: f64,
+        likely: bool,
+    ) -> Trial<L::Point> {
         let point = self.problem.retract(&state.point, &step.delta);
-        let cost = self.cost(&point);
+        let (cost, information) = self.look(&point, likely).map_or((None, None), |(cost, at)| (Some(cost), at));
         let gain = cost.filter(|_| step.predicted > 0.0).map(|cost| (state.cost - cost) / step.predicted);
         self.trace.push(Iteration {
             iteration: self.iteration,
@@ -309,7 +336,11 @@ impl<'a, L: LeastSquares> Search<'a, L> {
         if !falls && !unresolved {
             return Trial::Rejected { actual };
         }
-        let Some(next) = self.linearise(point, cost) else {
+        let next = match information {
+            Some(information) => self.judged(point, cost, information),
+            None => self.linearise(point, cost),
+        };
+        let Some(next) = next else {
             return Trial::Undefined;
         };
         if !falls {

@@ -29,6 +29,14 @@ pub trait LeastSquares {
     /// Where a residual or a derivative is undefined at q.
     fn linearise(&self, q: &Self::Point) -> Result<SquareRootInformation, Self::Error>;
 
+    /// Both at once, where that is cheaper than one after the other. By default it is one after the other.
+    ///
+    /// # Errors
+    /// Where a residual or a derivative is undefined at q.
+    fn evaluate(&self, q: &Self::Point) -> Result<(f64, SquareRootInformation), Self::Error> {
+        Ok((self.cost(q)?, self.linearise(q)?))
+    }
+
     /// q ⊕ δ. It must not leave the bounds by rounding: q + (upper − q) may exceed upper by a unit in the last place.
     fn retract(&self, q: &Self::Point, delta: &[f64]) -> Self::Point;
 
