@@ -4,6 +4,7 @@
 use super::Problem;
 use super::block::Block;
 use super::pass::Pass;
+use crate::compile::Sigma;
 use crate::eval;
 use crate::linalg::{Matrix, dot, svd};
 use crate::unit::{Base, Dimension};
@@ -11,15 +12,6 @@ use crate::unit::{Base, Dimension};
 /// Corrections are solved for again until the residuals are this small a share of what they were.
 const CONSISTENT: f64 = 1e-13;
 const ITERATIONS: usize = 12;
-
-/// At which inputs rows are evaluated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum At {
-    /// Those of the table.
-    Observed,
-    /// Those nearest to them at which the residuals vanish.
-    Consistent,
-}
 
 /// Moves the inputs of rows to where their residuals vanish.
 pub(super) struct Adjuster<'a> {
@@ -45,6 +37,7 @@ impl<'a> Adjuster<'a> {
         let set = problem.execution.instructions();
         let pass = Pass::new(block, block.seen.by_inputs(&block.programs, &block.weights, set), &problem.layout, point);
         // Measured inputs are moved by their sigmas; where none is measured, all by what is small for their kind.
+        // How large a sigma is changes the way, not what can be seen where it ends.
         let any_sigma = measurement.inputs.iter().any(|input| input.sigma.is_some());
         let small = |dimension: Dimension| {
             if dimension == Dimension::of(Base::Angle) { 5e-5 } else { 0.1 }
@@ -52,7 +45,11 @@ impl<'a> Adjuster<'a> {
         let scale = measurement
             .inputs
             .iter()
-            .map(|input| if any_sigma { input.sigma.unwrap_or(0.0) } else { small(input.unit.dimension) })
+            .map(|input| match input.sigma {
+                Some(Sigma::Constant(sigma)) => sigma,
+                None if any_sigma => 0.0,
+                Some(Sigma::PerRow(_)) | None => small(input.unit.dimension),
+            })
             .collect();
         let state = pass.begin();
         Adjuster { pass, state, residuals: measurement.residuals.len(), scale }

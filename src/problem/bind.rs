@@ -2,13 +2,15 @@
 
 use std::collections::HashSet;
 
-use super::block::{Block, member};
+use super::block::{Block, Weighting, member};
 use super::execution::Execution;
 use super::layout::Layout;
+use super::noise::{Factors, Noise, residual_group};
 use super::pass::pieces;
+use super::robust::RowLoss;
 use super::selection::Selection;
 use super::{Problem, solving::Undefined};
-use crate::compile::{Measurement, Program, Role};
+use crate::compile::{Measurement, Program, Residual, Robust, Role, Sigma};
 use crate::data::{Buffer, Table};
 use crate::diag::{Code, Diagnostic, Diagnostics, nearest};
 
@@ -19,23 +21,39 @@ pub enum Weights {
     Unit,
     /// By the declared standard deviations of the residuals.
     Sigma,
+    /// By what the declared errors of the inputs make of the residuals, and by those of the residuals: readings are
+    /// corrected until the equations hold.
+    Propagated,
 }
 
 impl Weights {
-    /// `unit` or `sigma`.
+    /// Every kind.
+    pub const ALL: [Weights; 3] = [Weights::Unit, Weights::Sigma, Weights::Propagated];
+
+    /// `unit`, `sigma` or `propagated`.
     pub fn name(self) -> &'static str {
         match self {
             Weights::Unit => "unit",
             Weights::Sigma => "sigma",
+            Weights::Propagated => "propagated",
         }
+    }
+
+    /// Whether they tell how large residuals may be.
+    pub fn are_real(self) -> bool {
+        self != Weights::Unit
     }
 }
 
 /// How to bind.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// By default `sigma` where every residual has one, else `unit`.
+    /// By default `propagated` where inputs carry sigmas, `sigma` where only residuals do, else `unit`.
     pub weights: Option<Weights>,
+    /// What large residuals count, instead of what the model says.
+    pub robust: Option<Robust>,
+    /// Factors of the declared standard deviations, by groups of inputs.
+    pub factors: Factors,
     /// What is freed, fixed, and started from.
     pub selection: Selection,
     /// With which instructions, and by how many threads.
@@ -62,6 +80,17 @@ impl<'p> Problem<'p> {
             let found = Diagnostic::error(Code::NoRows, "there are no rows of data");
             diagnostics.push(found.hint("name a file with `data` in the model, or by `--data MEASUREMENT=FILE`"));
         }
+        for (index, table) in &tables {
+            let measurement = &program.measurements[*index];
+            if table.rows() > 0 && table.width() != measurement.inputs.len() {
+                let (name, found, wanted) = (&measurement.name, table.width(), measurement.inputs.len());
+                let message = format!("rows of `{name}` have {found} readings, and it has {wanted} inputs");
+                diagnostics.push(Diagnostic::error(Code::FieldCount, message));
+            }
+        }
+        if diagnostics.has_errors() {
+            return Err(diagnostics);
+        }
         let weights = decide_weights(program, measurements(), options.weights, &mut diagnostics);
         for (c, coordinate) in layout.coordinates.iter().enumerate() {
             let inside = start[c].clamp(coordinate.min, coordinate.max);
@@ -81,8 +110,9 @@ impl<'p> Problem<'p> {
         let mut blocks = Vec::with_capacity(tables.len());
         for (index, table) in tables {
             let measurement = &program.measurements[index];
-            let factors = whitening(program, measurement, weights);
-            match Block::new(program, index, table, factors, &layout, options.execution.clone()) {
+            let robust = options.robust.or(measurement.robust);
+            let weighting = weighting(program, measurement, weights, robust, &options.factors);
+            match Block::new(program, index, table, weighting, &layout, options.execution.clone()) {
                 Ok(block) => blocks.push(block),
                 Err(found) => diagnostics.push(*found),
             }
@@ -107,17 +137,28 @@ impl<'p> Problem<'p> {
     /// # Errors
     /// The first that has none.
     pub fn check(&self, point: &[f64]) -> Result<(), Undefined> {
-        self.sum_of_squares(point).map(|_| ())
+        self.sums(point).map(|_| ())
     }
 }
 
-/// 1/σ of each residual, or, for unit weights, one over the reported unit.
-fn whitening(program: &Program, measurement: &Measurement, weights: Weights) -> Vec<f64> {
-    let weight = |residual: &crate::compile::Residual| match (weights, residual.sigma) {
-        (Weights::Sigma, Some(sigma)) => 1.0 / sigma,
+/// How the rows of a measurement count.
+pub(super) fn weighting(
+    program: &Program,
+    measurement: &Measurement,
+    weights: Weights,
+    robust: Option<Robust>,
+    factors: &Factors,
+) -> Weighting {
+    let noise = Noise::new(measurement, weights, robust, factors);
+    let weight = |residual: &Residual| match residual.sigma {
+        Some(Sigma::Constant(sigma)) if weights.are_real() && noise.is_none() => {
+            1.0 / (sigma * factors.get(&residual_group(&residual.name)).copied().unwrap_or(1.0))
+        }
         _ => program.units.to_reported(1.0, residual.dimension),
     };
-    measurement.residuals.iter().map(weight).collect()
+    let weights_of = measurement.residuals.iter().map(weight).collect();
+    let loss = robust.map(|robust| RowLoss::new(&robust, measurement, noise.is_some(), 1.0));
+    Weighting { weights: weights_of, noise, loss, robust }
 }
 
 /// The members of each family that rows name: those that are declared first, then the others in the order of the rows. A
@@ -183,6 +224,17 @@ fn unused_members(program: &Program, members: &[Vec<String>], diagnostics: &mut 
     }
 }
 
+/// The residuals whose size no declared error tells: neither their own nor, where these count, one of their inputs'.
+fn without_errors(measurement: &Measurement, inputs: bool) -> Vec<&Residual> {
+    let told = |output: usize, residual: &Residual| {
+        let depends = || measurement.tape.dependencies(output).1;
+        let measured = || depends().iter().zip(&measurement.inputs).any(|(&on, input)| on && input.sigma.is_some());
+        residual.sigma.is_some() || (inputs && measured())
+    };
+    let all = measurement.residuals.iter().enumerate();
+    all.filter(|(output, residual)| !told(*output, residual)).map(|(_, residual)| residual).collect()
+}
+
 fn decide_weights<'m>(
     program: &Program,
     measurements: impl Iterator<Item = &'m Measurement>,
@@ -190,33 +242,57 @@ fn decide_weights<'m>(
     diagnostics: &mut Diagnostics,
 ) -> Weights {
     let measurements: Vec<_> = measurements.collect();
-    let bare =
-        measurements.iter().flat_map(|m| m.residuals.iter().map(move |r| (m, r))).find(|(_, r)| r.sigma.is_none());
-    match (wanted, bare) {
-        (Some(Weights::Sigma), Some((measurement, residual))) => {
-            let message = format!("the residual `{}` of `{}` has no sigma", residual.name, measurement.name);
-            diagnostics.push(Diagnostic::error(Code::SigmaMissing, message).at(&program.source, residual.span));
+    let missing = |inputs: bool| {
+        let all = measurements.iter().flat_map(|m| without_errors(m, inputs).into_iter().map(move |r| (*m, r)));
+        all.collect::<Vec<_>>()
+    };
+    let any_input = measurements.iter().any(|m| m.inputs.iter().any(|input| input.sigma.is_some()));
+    let any_residual = measurements.iter().any(|m| m.residuals.iter().any(|r| r.sigma.is_some()));
+    match wanted {
+        Some(Weights::Sigma) => {
+            if let Some((measurement, residual)) = missing(false).first() {
+                let message = format!("the residual `{}` of `{}` has no sigma", residual.name, measurement.name);
+                diagnostics.push(Diagnostic::error(Code::SigmaMissing, message).at(&program.source, residual.span));
+            }
             Weights::Sigma
         }
-        (Some(weights), _) => weights,
-        (None, None) => Weights::Sigma,
-        (None, Some((measurement, residual))) => {
-            if measurements.iter().any(|m| m.residuals.iter().any(|r| r.sigma.is_some())) {
+        Some(Weights::Propagated) => {
+            for (measurement, residual) in missing(true) {
+                let message = format!(
+                    "the residual `{}` of `{}` has no sigma and depends on no input that has one",
+                    residual.name, measurement.name
+                );
+                let found = Diagnostic::error(Code::NoNoise, message).at(&program.source, residual.span);
+                diagnostics.push(found.hint("give one of its inputs a sigma, or itself, or say `--weights unit`"));
+            }
+            Weights::Propagated
+        }
+        Some(Weights::Unit) => Weights::Unit,
+        None if any_input => match missing(true).first() {
+            None => Weights::Propagated,
+            Some((measurement, residual)) => {
+                let message = format!(
+                    "sigmas are not used, for `{}` of `{}` has none and depends on no input that has one: all residuals \
+                     count alike",
+                    residual.name, measurement.name
+                );
+                let found = Diagnostic::warning(Code::UnitWeights, message).at(&program.source, residual.span);
+                diagnostics.push(found.hint("give it a sigma, or say `--weights unit` to be rid of this"));
+                Weights::Unit
+            }
+        },
+        None => match missing(false).first() {
+            None => Weights::Sigma,
+            Some((measurement, residual)) if any_residual => {
                 let message = format!(
                     "sigmas of residuals are not used, for `{}` of `{}` has none: all residuals count alike",
                     residual.name, measurement.name
                 );
                 let found = Diagnostic::warning(Code::SigmasUnused, message).at(&program.source, residual.span);
                 diagnostics.push(found.hint("give it a sigma, or say `--weights unit`"));
+                Weights::Unit
             }
-            if measurements.iter().any(|m| m.inputs.iter().any(|input| input.sigma.is_some())) {
-                let message =
-                    "inputs carry sigmas, but weights propagated from them do not exist yet: all residuals count alike";
-                diagnostics.push(
-                    Diagnostic::warning(Code::UnitWeights, message).hint("say `--weights unit` to be rid of this"),
-                );
-            }
-            Weights::Unit
-        }
+            Some(_) => Weights::Unit,
+        },
     }
 }

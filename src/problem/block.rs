@@ -5,10 +5,12 @@ use std::sync::Arc;
 
 use super::execution::Execution;
 use super::layout::Layout;
+use super::noise::Noise;
 use super::pass::{Pass, Span, pieces};
 use super::programs::{Programs, Seen};
+use super::robust::RowLoss;
 use super::solving::Undefined;
-use crate::compile::{Measurement, Program, Slot};
+use crate::compile::{Measurement, Program, Robust, Slot};
 use crate::data::{Buffer, Table};
 use crate::diag::{Code, DataPlace, Diagnostic};
 use crate::eval::{Evaluator, Leaf};
@@ -23,8 +25,16 @@ pub struct Block<'p> {
     pub measurement: &'p Measurement,
     /// The rows.
     pub table: Arc<Table>,
-    /// 1/σ of each residual.
+    /// What each residual is multiplied by: 1/σ where that says it all, else one over its reported unit.
     pub weights: Vec<f64>,
+    /// The errors that rows carry, where weights do not say it all.
+    pub(super) noise: Option<Noise>,
+    /// What large residuals count.
+    pub(super) loss: Option<RowLoss>,
+    /// What it was made from.
+    pub(super) robust: Option<Robust>,
+    /// Rows that take no part, as numbers, in order.
+    pub(super) excluded: Arc<Vec<usize>>,
     pub(super) seen: Seen<'p>,
     pub(super) execution: Execution,
     /// For each combination of members: the group of each slot.
@@ -34,6 +44,16 @@ pub struct Block<'p> {
     /// The combination of each list of names' numbers in these columns.
     known: HashMap<Vec<u32>, u32>,
     pub(super) programs: Programs,
+}
+
+/// How the rows of a block are weighted.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Weighting {
+    /// factors of the residuals
+    pub(super) weights: Vec<f64>,
+    pub(super) noise: Option<Noise>,
+    pub(super) loss: Option<RowLoss>,
+    pub(super) robust: Option<Robust>,
 }
 
 /// Which of a measurement's quantities.
@@ -79,10 +99,11 @@ impl<'p> Block<'p> {
         program: &'p Program,
         index: usize,
         table: Table,
-        weights: Vec<f64>,
+        weighting: Weighting,
         layout: &Layout,
         execution: Execution,
     ) -> Result<Self, Box<Diagnostic>> {
+        let Weighting { weights, noise, loss, robust } = weighting;
         let measurement = &program.measurements[index];
         let mut keys: Vec<usize> = measurement.slots.iter().flat_map(|slot| slot.keys.clone()).collect();
         keys.sort_unstable();
@@ -92,6 +113,10 @@ impl<'p> Block<'p> {
             measurement,
             table: Arc::new(table),
             weights,
+            noise,
+            loss,
+            robust,
+            excluded: Arc::default(),
             seen: Seen { program, measurement },
             execution,
             combinations: Vec::new(),
@@ -126,6 +151,11 @@ impl<'p> Block<'p> {
             }
         }
         Ok(())
+    }
+
+    /// Whether a row takes no part.
+    pub(super) fn excludes(&self, row: usize) -> bool {
+        !self.excluded.is_empty() && self.excluded.binary_search(&row).is_ok()
     }
 
     /// The same rows, with nothing compiled yet.
@@ -194,7 +224,7 @@ impl<'p> Block<'p> {
         let pass = Pass::new(self, compiled, layout, point);
         let mut values = vec![0.0; compiled.outputs()];
         for piece in pieces(self.table.rows()) {
-            pass.piece(piece, None, |span, found| {
+            pass.piece(piece, |span, found| {
                 for i in 0..span.count {
                     for (output, (value, factor)) in values.iter_mut().zip(&factors).enumerate() {
                         *value = found.output(output)[i] * factor;

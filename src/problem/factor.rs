@@ -2,14 +2,15 @@
 
 use std::ops::Range;
 
-use super::adjusted::{Adjuster, At};
+use super::adjusted::Adjuster;
 use super::block::{Block, Quantities};
-use super::pass::{PIECE, Pass, Span, pieces};
+use super::equations::{Equations, Sums};
+use super::pass::{PIECE, Pass, Span, pieces, spans};
 use super::programs::Jacobian;
 use super::solving::Undefined;
 use super::{Prior, Problem};
-use crate::eval::{self, ROWS};
-use crate::linalg::{LinalgError, SquareRootInformation, dot, norm};
+use crate::eval::ROWS;
+use crate::linalg::{LinalgError, SquareRootInformation, norm};
 use crate::solve::{NullSpace, null_space};
 
 /// Which rows take part.
@@ -28,24 +29,67 @@ const SAMPLE: usize = 8;
 /// parameters: noise tilts an invisible direction by less than this, and a single row among many shows more.
 const TILT: f64 = 1e-5;
 
-impl Problem<'_> {
+/// A linearisation of the data, and what their rows add up to.
+#[derive(Clone, Debug)]
+pub struct Linearised {
     /// QR(\[J r\]) of the data alone.
+    pub information: SquareRootInformation,
+    /// What the rows add up to.
+    pub sums: Sums,
+}
+
+impl Problem<'_> {
+    /// QR(\[J r\]) of the data alone, as the weights have it.
     ///
     /// # Errors
     /// Where a residual or a derivative is undefined.
-    pub fn information(&self, point: &[f64], at: At, rows: Rows) -> Result<SquareRootInformation, Undefined> {
+    pub fn linearised(&self, point: &[f64]) -> Result<Linearised, Undefined> {
+        let place = self.places();
+        let mut all = Linearised { information: SquareRootInformation::new(self.free.len()), sums: Sums::default() };
+        for block in &self.blocks {
+            let jacobian = Equations::jacobian(self, block);
+            let work = |piece: &Range<usize>| {
+                let mut equations = Equations::with_derivatives(self, block, point);
+                let mut part = Part::new(self, block, jacobian, &place, point);
+                spans(block, piece.clone(), |span| {
+                    let found = equations.run(span)?;
+                    part.absorb(span, found)
+                })?;
+                Ok((part.information, equations.sums))
+            };
+            let rows = pieces(block.table.rows());
+            self.execution.fold(&rows, work, |(part, sums): (SquareRootInformation, Sums)| {
+                all.sums.add(&sums);
+                all.information.merge(&part).map_err(Undefined::from)
+            })?;
+        }
+        Ok(all)
+    }
+
+    /// The same, where the inputs are consistent with the point, with factors of the residuals alone: what can be seen at all.
+    ///
+    /// # Errors
+    /// Where a residual or a derivative is undefined.
+    pub fn at_consistent_inputs(&self, point: &[f64], rows: Rows) -> Result<SquareRootInformation, Undefined> {
         let place = self.places();
         let mut all = SquareRootInformation::new(self.free.len());
         for block in &self.blocks {
             let (groups, set) = (&block.combinations, self.execution.instructions());
             let jacobian = block.seen.free(&block.programs, groups, &self.layout, &place, &block.weights, set);
             let pass = Pass::new(block, &jacobian.compiled, &self.layout, point);
+            let outputs = jacobian.compiled.outputs() * ROWS;
             let work = |piece: &Range<usize>| {
                 let mut part = Part::new(self, block, jacobian, &place, point);
-                let mut adjuster = (at == At::Consistent).then(|| Adjuster::new(self, block, point));
-                let mut adjust = adjuster.as_mut().map(|a| |c: &[u32], readings: &mut [f64]| a.adjust(c, readings));
-                let adjust = adjust.as_mut().map(|adjust| adjust as &mut dyn FnMut(&[u32], &mut [f64]));
-                pass.piece(piece.clone(), adjust, |span, found| part.absorb(span, found))?;
+                let mut adjuster = Adjuster::new(self, block, point);
+                let (mut adjusted, mut state) = (Vec::new(), pass.begin());
+                spans(block, piece.clone(), |span| {
+                    adjusted.clear();
+                    adjusted.extend_from_slice(span.readings);
+                    adjuster.adjust(span.combination, &mut adjusted);
+                    let span = Span { readings: &adjusted, ..*span };
+                    pass.run(span.combination, span.readings, &mut state);
+                    part.absorb(&span, &mut state.outputs()[..outputs])
+                })?;
                 Ok(part.information)
             };
             self.execution.fold(&chosen(block.table.rows(), rows), work, |part: SquareRootInformation| {
@@ -59,16 +103,13 @@ impl Problem<'_> {
     /// come, [`ROWS`] numbers for each column and residual, by column and then by residual, and the residuals themselves last.
     ///
     /// # Errors
-    /// Where the rows cannot be read.
+    /// Where the rows cannot be read, or something is undefined.
     pub fn derivatives(&self, point: &[f64], mut visit: impl FnMut(Range<usize>, &[f64])) -> Result<(), Undefined> {
-        let place = self.places();
         for block in &self.blocks {
-            let (groups, set) = (&block.combinations, self.execution.instructions());
-            let jacobian = block.seen.free(&block.programs, groups, &self.layout, &place, &block.weights, set);
-            let pass = Pass::new(block, &jacobian.compiled, &self.layout, point);
+            let mut equations = Equations::with_derivatives(self, block, point);
             for piece in pieces(block.table.rows()) {
-                pass.piece(piece, None, |span, found| {
-                    visit(span.first..span.first + span.count, &found.outputs()[..jacobian.compiled.outputs() * ROWS]);
+                spans(block, piece, |span| {
+                    visit(span.first..span.first + span.count, equations.run(span)?);
                     Ok(())
                 })?;
             }
@@ -76,35 +117,44 @@ impl Problem<'_> {
         Ok(())
     }
 
-    /// Σ of the squares of the data's whitened residuals.
+    /// What the rows add up to.
     ///
     /// # Errors
     /// Where a residual is undefined.
-    pub fn sum_of_squares(&self, point: &[f64]) -> Result<f64, Undefined> {
-        let mut total = 0.0;
+    pub fn sums(&self, point: &[f64]) -> Result<Sums, Undefined> {
+        let mut total = Sums::default();
         for block in &self.blocks {
-            let compiled = block.seen.residuals(&block.programs, &block.weights, self.execution.instructions());
-            let pass = Pass::new(block, compiled, &self.layout, point);
+            // compiled before threads need it
+            let _ = Equations::residuals(self, block, point);
             let work = |piece: &Range<usize>| {
-                let mut sum = 0.0;
-                pass.piece(piece.clone(), None, |span, found| {
-                    clear_rest(span.count, found);
-                    let outputs = &found.outputs()[..compiled.outputs() * ROWS];
-                    let squares = dot(outputs, outputs);
-                    if !squares.is_finite() {
-                        return Err(block.explain(Quantities::Residuals, &self.layout, point, span, false));
-                    }
-                    sum += squares;
-                    Ok(())
-                })?;
-                Ok::<f64, Undefined>(sum)
+                let mut equations = Equations::residuals(self, block, point);
+                spans(block, piece.clone(), |span| equations.run(span).map(|_| ()))?;
+                Ok::<Sums, Undefined>(equations.sums)
             };
-            self.execution.fold(&pieces(block.table.rows()), work, |sum| {
-                total += sum;
+            self.execution.fold(&pieces(block.table.rows()), work, |sums| {
+                total.add(&sums);
                 Ok(())
             })?;
         }
-        if total.is_finite() { Ok(total) } else { Err(LinalgError::NotFinite.into()) }
+        if total.cost.is_finite() { Ok(total) } else { Err(LinalgError::NotFinite.into()) }
+    }
+
+    /// Calls `visit(block, length)` with the length of every row's whitened residuals, in order.
+    pub(super) fn lengths(&self, point: &[f64], mut visit: impl FnMut(usize, f64)) -> Result<(), Undefined> {
+        for (number, block) in self.blocks.iter().enumerate() {
+            let mut equations = Equations::residuals(self, block, point);
+            for piece in pieces(block.table.rows()) {
+                spans(block, piece, |span| {
+                    let found = equations.run(span)?;
+                    for row in (0..span.count).filter(|&row| !block.excludes(span.first + row)) {
+                        let square: f64 = found.chunks_exact(ROWS).map(|column| column[row] * column[row]).sum();
+                        visit(number, square.sqrt());
+                    }
+                    Ok(())
+                })?;
+            }
+        }
+        Ok(())
     }
 
     /// What the data see at a point, with priors or without, judged where the inputs are consistent with it: at noisy inputs a
@@ -120,7 +170,7 @@ impl Problem<'_> {
         observed: &SquareRootInformation,
     ) -> Result<NullSpace, Undefined> {
         let judge = |rows: Rows| {
-            let data = self.information(point, At::Consistent, rows)?;
+            let data = self.at_consistent_inputs(point, rows)?;
             let all = if priors { self.with_priors(data, point)? } else { data };
             Ok::<_, Undefined>(null_space(&all, &self.scale)?)
         };
@@ -149,7 +199,10 @@ impl Problem<'_> {
     }
 
     /// Folds in the rows of the priors.
-    pub(super) fn with_priors(
+    ///
+    /// # Errors
+    /// Where an entry is not finite.
+    pub fn with_priors(
         &self,
         mut information: SquareRootInformation,
         point: &[f64],
@@ -170,15 +223,6 @@ fn chosen(rows: usize, which: Rows) -> Vec<Range<usize>> {
     // blocks from everywhere, the first and the last among them
     let last = rows - ROWS;
     (0..SAMPLE).map(|k| last * k / (SAMPLE - 1)).map(|first| first..first + ROWS).collect()
-}
-
-/// Zeros for the rows that a block has not.
-fn clear_rest(count: usize, found: &mut eval::Block) {
-    if count < ROWS {
-        for output in found.outputs().chunks_exact_mut(ROWS) {
-            output[count..].fill(0.0);
-        }
-    }
 }
 
 /// Brings the rows that a block has together at the beginning of each column.
@@ -247,16 +291,16 @@ impl<'a> Part<'a> {
         columns.filter_map(|(k, column)| to(column).map(|to| (to, k))).collect()
     }
 
-    fn absorb(&mut self, span: &Span, found: &mut eval::Block) -> Result<(), Undefined> {
+    /// Takes in the columns of a span, residuals last.
+    fn absorb(&mut self, span: &Span, found: &mut [f64]) -> Result<(), Undefined> {
         let m = self.block.measurement.residuals.len();
         let done = match &self.shared {
             Some(columns) => {
                 let set = self.problem.execution.instructions();
-                let all = &mut found.outputs()[..(columns.len() + 1) * m * ROWS];
                 if span.count < ROWS {
-                    close_up(all, m, span.count);
+                    close_up(found, m, span.count);
                 }
-                self.information.absorb_columns(set, columns, all, m * span.count, m * ROWS)
+                self.information.absorb_columns(set, columns, found, m * span.count, m * ROWS)
             }
             None => self.absorb_mixed(span, found, m),
         };
@@ -268,7 +312,7 @@ impl<'a> Part<'a> {
     }
 
     /// Rows that each touch the members they name.
-    fn absorb_mixed(&mut self, span: &Span, found: &eval::Block, m: usize) -> Result<(), LinalgError> {
+    fn absorb_mixed(&mut self, span: &Span, found: &[f64], m: usize) -> Result<(), LinalgError> {
         let n = self.problem.free.len();
         let residuals = self.jacobian.columns.len() * m;
         let mut known: Option<(u32, Vec<(usize, usize)>)> = None;
@@ -280,9 +324,9 @@ impl<'a> Part<'a> {
             for i in 0..m {
                 for &(to, k) in columns {
                     // two members that a row names can be one
-                    self.mixed[to * MIXED + self.filled] += found.output(k * m + i)[row];
+                    self.mixed[to * MIXED + self.filled] += found[(k * m + i) * ROWS + row];
                 }
-                self.mixed[n * MIXED + self.filled] = found.output(residuals + i)[row];
+                self.mixed[n * MIXED + self.filled] = found[(residuals + i) * ROWS + row];
                 self.filled += 1;
                 if self.filled == MIXED {
                     self.fold_mixed()?;

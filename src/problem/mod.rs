@@ -4,30 +4,54 @@
 //!
 //! minimise ½ Σ (rᵢ(q)/σᵢ)² + ½ Σ ((qⱼ − nominalⱼ)/σⱼ)²
 //!
-//! over the free coordinates of q, the second sum over those with a prior. A row touches the members that its keys name and
-//! nothing else.
+//! over the free coordinates of q, the second sum over those with a prior. With propagated weights the first is the sum over rows
+//! of min ½ vᵀΣ⁻¹v over corrections v of the readings x that make the equations hold, f(q, x + v) = 0; with a loss ρ it is ½ Σ ρ(s)
+//! of the squares s of the lengths of the rows' whitened residuals, or of the corrections. A row touches the members that its keys
+//! name and nothing else.
+//!
+//! How a row comes to its whitened residuals and derivatives, which solvers see through
+//! [`SquareRootInformation`](crate::linalg::SquareRootInformation):
+//!
+//! `noise` (what the weights count) → `propagated` (a step, as a graph) → `correction` (blocks of rows, until they stand still) or
+//! `alone` (a row that a block cannot do) → `equations` (weights of losses, and sums) → `factor` (QR, by pieces and threads).
 
 mod adjusted;
+mod alone;
 mod bind;
 mod block;
+mod components;
+mod correction;
+mod equations;
 mod execution;
 mod factor;
+mod inspect;
 mod layout;
+mod losses;
+mod noise;
 mod pass;
 mod prior;
 mod programs;
+mod propagated;
+mod replicates;
+mod robust;
 mod rotation;
 mod selection;
+mod sensitivity;
 mod solving;
+mod whitening;
 
-pub use adjusted::At;
 pub use bind::{Options, Weights};
 pub use block::{Block, Quantities, RowJacobian};
+pub use equations::Sums;
 pub use execution::Execution;
-pub use factor::Rows;
+pub use factor::{Linearised, Rows};
+pub use inspect::{Inspected, Observed};
 pub use layout::{Coordinate, Layout};
+pub use noise::{Factors, residual_group};
 pub use programs::operations;
+pub use replicates::PureError;
 pub use selection::Selection;
+pub use sensitivity::Sensitivity;
 pub use solving::Undefined;
 
 use crate::compile::Program;

@@ -36,9 +36,6 @@ pub(super) struct Span<'a> {
     pub(super) readings: &'a [f64],
 }
 
-/// Changes the readings of a span of rows before a program sees them.
-pub(super) type Adjust<'a> = &'a mut dyn FnMut(&[u32], &mut [f64]);
-
 impl<'a> Pass<'a> {
     pub(super) fn new(block: &'a Block<'a>, compiled: &'a Compiled, layout: &Layout, point: &[f64]) -> Self {
         let gathered = block.seen.gathered();
@@ -61,12 +58,24 @@ impl<'a> Pass<'a> {
         self.compiled.begin(&self.leaves)
     }
 
-    /// Runs the program on rows whose readings and combinations are given; a block that they do not fill is filled up with the
-    /// last row.
+    /// The program.
+    pub(super) fn compiled(&self) -> &'a Compiled {
+        self.compiled
+    }
+
+    /// Runs the program on rows whose readings and combinations are given.
     pub(super) fn run(&self, combination: &[u32], readings: &[f64], into: &mut eval::Block) {
+        self.fill(combination, readings, into);
+        self.compiled.run(into);
+    }
+
+    /// Gives a block the readings of rows, and the numbers of the members that they name; where they do not fill it, it is
+    /// filled up with the last row.
+    pub(super) fn fill(&self, combination: &[u32], readings: &[f64], into: &mut eval::Block) {
         let width = self.block.measurement.inputs.len();
         let count = combination.len();
-        for input in 0..self.compiled.inputs() {
+        let gathered = self.gathered.first().map_or(0, Vec::len);
+        for input in 0..self.compiled.inputs().min(width + gathered) {
             let numbers = into.input(input);
             if input < width {
                 for (number, row) in numbers.iter_mut().zip(readings.chunks_exact(width)) {
@@ -80,39 +89,40 @@ impl<'a> Pass<'a> {
             let last = numbers[count - 1];
             numbers[count..].fill(last);
         }
-        self.compiled.run(into);
     }
 
     /// Runs the program on all rows of a piece and visits each block.
     pub(super) fn piece(
         &self,
         rows: Range<usize>,
-        mut adjust: Option<Adjust>,
         mut visit: impl FnMut(&Span, &mut eval::Block) -> Result<(), Undefined>,
     ) -> Result<(), Undefined> {
-        let table = &self.block.table;
-        let width = table.width();
-        let mut buffer = Buffer::default();
-        let rows = table.read(rows, &mut buffer).map_err(|error| Undefined(Box::new(Table::unreadable(&error))))?;
         let mut into = self.begin();
-        let mut combination = Vec::with_capacity(ROWS);
-        let mut adjusted = Vec::new();
-        for first in (0..rows.len()).step_by(ROWS) {
-            let count = ROWS.min(rows.len() - first);
-            combination.clear();
-            combination.extend((first..first + count).map(|row| self.block.combination(rows.keys(row))));
-            let mut readings = &rows.readings()[first * width..(first + count) * width];
-            if let Some(adjust) = &mut adjust {
-                adjusted.clear();
-                adjusted.extend_from_slice(readings);
-                adjust(&combination, &mut adjusted);
-                readings = &adjusted;
-            }
-            self.run(&combination, readings, &mut into);
-            visit(&Span { first: rows.first() + first, count, combination: &combination, readings }, &mut into)?;
-        }
-        Ok(())
+        spans(self.block, rows, |span| {
+            self.run(span.combination, span.readings, &mut into);
+            visit(span, &mut into)
+        })
     }
+}
+
+/// Reads the rows of a piece and visits them, [`ROWS`] at a time.
+pub(super) fn spans(
+    block: &Block,
+    rows: Range<usize>,
+    mut visit: impl FnMut(&Span) -> Result<(), Undefined>,
+) -> Result<(), Undefined> {
+    let width = block.table.width();
+    let mut buffer = Buffer::default();
+    let rows = block.table.read(rows, &mut buffer).map_err(|error| Undefined(Box::new(Table::unreadable(&error))))?;
+    let mut combination = Vec::with_capacity(ROWS);
+    for first in (0..rows.len()).step_by(ROWS) {
+        let count = ROWS.min(rows.len() - first);
+        combination.clear();
+        combination.extend((first..first + count).map(|row| block.combination(rows.keys(row))));
+        let readings = &rows.readings()[first * width..(first + count) * width];
+        visit(&Span { first: rows.first() + first, count, combination: &combination, readings })?;
+    }
+    Ok(())
 }
 
 /// The pieces of so many rows.

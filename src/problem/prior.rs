@@ -5,20 +5,26 @@ use crate::linalg::Matrix;
 
 pub(super) struct Prior;
 
-impl Prior {
-    /// q ⊖ nominal for all coordinates: differences, and for a rotation log(R(nominal)ᵀ·R(q)).
-    pub(super) fn offsets(problem: &Problem, q: &[f64]) -> Vec<f64> {
-        let coordinates = &problem.layout.coordinates;
-        let mut offsets: Vec<f64> = q.iter().zip(coordinates).map(|(value, c)| value - c.nominal).collect();
-        for group in &problem.layout.groups {
+impl Problem<'_> {
+    /// `to` ⊖ `from` for all coordinates: differences, and for a rotation log(R(from)ᵀ·R(to)).
+    pub fn difference(&self, from: &[f64], to: &[f64]) -> Vec<f64> {
+        let mut difference: Vec<f64> = to.iter().zip(from).map(|(to, from)| to - from).collect();
+        for group in &self.layout.groups {
             if let Some(first) = group.shape.rotation() {
                 let at = group.first + first;
-                let nominal = [0, 1, 2].map(|k| coordinates[at + k].nominal);
-                let turned = rotation::difference(nominal, [q[at], q[at + 1], q[at + 2]]);
-                offsets[at..at + 3].copy_from_slice(&turned);
+                let of = |point: &[f64]| [point[at], point[at + 1], point[at + 2]];
+                difference[at..at + 3].copy_from_slice(&rotation::difference(of(from), of(to)));
             }
         }
-        offsets
+        difference
+    }
+}
+
+impl Prior {
+    /// q ⊖ nominal for all coordinates.
+    pub(super) fn offsets(problem: &Problem, q: &[f64]) -> Vec<f64> {
+        let nominal: Vec<f64> = problem.layout.coordinates.iter().map(|c| c.nominal).collect();
+        problem.difference(&nominal, q)
     }
 
     pub(super) fn sum_of_squares(problem: &Problem, q: &[f64]) -> f64 {

@@ -3,6 +3,8 @@
 use std::sync::OnceLock;
 
 use super::layout::Layout;
+use super::noise::Noise;
+use super::propagated::{Whitened, known, whitened};
 use crate::compile::{Measurement, Program, Role, Slot};
 use crate::eval::Compiled;
 use crate::graph::{Counts, Scalar, View, differentiate};
@@ -15,6 +17,9 @@ pub(super) struct Programs {
     outputs: OnceLock<Compiled>,
     jacobian: OnceLock<Jacobian>,
     by_inputs: OnceLock<Compiled>,
+    step: OnceLock<Compiled>,
+    whitened: OnceLock<Jacobian>,
+    deviations: OnceLock<Compiled>,
 }
 
 /// Residuals and their derivatives by parameters, all weighted: by column and then by residual, the residuals themselves last.
@@ -76,16 +81,10 @@ impl<'p> Seen<'p> {
 
     /// Derivatives by the columns, which are in the order of [`Jacobian`].
     fn jacobian(self, columns: Vec<Column>, weights: &[f64], set: InstructionSet) -> Jacobian {
-        let graph = &self.measurement.graph;
-        let leaf = |column: &Column| {
-            let slot = &self.measurement.slots[column.slot];
-            let shape = self.program.parameters[slot.parameter].shape;
-            graph.known_parameter((slot.first_leaf + shape.tangent_leaf(column.component)) as u32)
-        };
         // what the residuals do not depend on has no column
-        let (columns, leaves): (Vec<Column>, Vec<Scalar>) =
-            columns.into_iter().filter_map(|column| leaf(&column).map(|leaf| (column, leaf))).unzip();
-        let derived = differentiate(graph, &self.measurement.equations, &leaves, &self.view(weights));
+        let (columns, leaves) = known(&self, columns);
+        let (graph, equations) = (&self.measurement.graph, &self.measurement.equations);
+        let derived = differentiate(graph, equations, &leaves, &self.view(weights));
         let (m, n) = (derived.values.len(), leaves.len());
         let by_column = (0..n).flat_map(|column| (0..m).map(move |residual| residual * n + column));
         let mut outputs: Vec<Scalar> = by_column.map(|at| derived.derivatives[at]).collect();
@@ -138,6 +137,82 @@ impl<'p> Seen<'p> {
         })
     }
 
+    /// Derivatives of the derived quantities, by output: by the columns that they know, then by some inputs. They are not kept,
+    /// for the columns are others from call to call.
+    pub(super) fn sensitivities(
+        self,
+        columns: Vec<Column>,
+        inputs: &[usize],
+        set: InstructionSet,
+    ) -> (Compiled, Vec<Column>) {
+        let (columns, mut leaves) = known(&self, columns);
+        let graph = &self.measurement.graph;
+        let n = leaves.len();
+        let of_inputs: Vec<Option<Scalar>> = inputs.iter().map(|&k| graph.known_input(k as u32)).collect();
+        leaves.extend(of_inputs.iter().flatten());
+        let mut derived = differentiate(graph, &self.measurement.derived, &leaves, &self.view(&[]));
+        let zero = derived.graph.constant(0.0);
+        let mut outputs = Vec::new();
+        for output in 0..self.measurement.derived.len() {
+            let row = &derived.derivatives[output * leaves.len()..(output + 1) * leaves.len()];
+            outputs.extend(&row[..n]);
+            let mut known = row[n..].iter();
+            outputs.extend(of_inputs.iter().map(|input| input.and_then(|_| known.next()).map_or(zero, |found| *found)));
+        }
+        (Compiled::new(&derived.graph, &outputs, set), columns)
+    }
+
+    /// The standard deviations of some inputs, as nodes over the readings.
+    pub(super) fn sigmas(self, of: &[Scalar], set: InstructionSet) -> Compiled {
+        self.values(of, &[], set)
+    }
+
+    /// One Gauss–Helmert step: the corrected readings that come next, how far they move, and whitened residuals.
+    pub(super) fn step<'a>(
+        self,
+        programs: &'a Programs,
+        noise: &Noise,
+        weights: &[f64],
+        set: InstructionSet,
+    ) -> &'a Compiled {
+        programs.step.get_or_init(|| {
+            let Whitened { graph, mut next, shift, residuals, .. } =
+                whitened(&self, noise, weights, &self.view(weights), &[]);
+            next.push(shift);
+            next.extend(residuals);
+            Compiled::new(&graph, &next, set)
+        })
+    }
+
+    /// The standard deviations that rows have of their own and that their inputs decide, in order.
+    pub(super) fn deviations<'a>(self, programs: &'a Programs, noise: &Noise, set: InstructionSet) -> &'a Compiled {
+        programs.deviations.get_or_init(|| {
+            let of: Vec<Scalar> = noise.own.iter().filter_map(|own| own.of).collect();
+            self.values(&of, &[], set)
+        })
+    }
+
+    /// Whitened residuals and derivatives by the free coordinates of all groups that rows touch, at corrected readings.
+    #[expect(clippy::too_many_arguments, reason = "what a measurement is bound to")]
+    pub(super) fn whitened<'a>(
+        self,
+        programs: &'a Programs,
+        noise: &Noise,
+        groups: &[Vec<usize>],
+        layout: &Layout,
+        place: &[Option<usize>],
+        weights: &[f64],
+        set: InstructionSet,
+    ) -> &'a Jacobian {
+        programs.whitened.get_or_init(|| {
+            let (columns, leaves) = known(&self, self.free_columns(groups, layout, place));
+            let Whitened { graph, residuals, derivatives: mut outputs, .. } =
+                whitened(&self, noise, weights, &self.view(weights), &leaves);
+            outputs.extend(residuals);
+            Jacobian { compiled: Compiled::new(&graph, &outputs, set), columns }
+        })
+    }
+
     /// Weighted residuals and derivatives by the free coordinates of all groups that rows touch.
     pub(super) fn free<'a>(
         self,
@@ -148,12 +223,14 @@ impl<'p> Seen<'p> {
         weights: &[f64],
         set: InstructionSet,
     ) -> &'a Jacobian {
-        programs.jacobian.get_or_init(|| {
-            let at = |group: usize, component: usize| place[layout.groups[group].first + component];
-            let wanted = |s: usize, component: usize| groups.iter().any(|row| at(row[s], component).is_some());
-            let order = |s: usize, component: usize| groups.first().and_then(|row| at(row[s], component)).unwrap_or(0);
-            self.jacobian(self.columns(wanted, order), weights, set)
-        })
+        programs.jacobian.get_or_init(|| self.jacobian(self.free_columns(groups, layout, place), weights, set))
+    }
+
+    fn free_columns(self, groups: &[Vec<usize>], layout: &Layout, place: &[Option<usize>]) -> Vec<Column> {
+        let at = |group: usize, component: usize| place[layout.groups[group].first + component];
+        let wanted = |s: usize, component: usize| groups.iter().any(|row| at(row[s], component).is_some());
+        let order = |s: usize, component: usize| groups.first().and_then(|row| at(row[s], component)).unwrap_or(0);
+        self.columns(wanted, order)
     }
 }
 

@@ -1,8 +1,9 @@
 //! A [`Problem`] as a solver sees it.
 
+use super::Problem;
+use super::factor::Linearised;
 use super::prior::Prior;
 use super::rotation;
-use super::{At, Problem, Rows};
 use crate::diag::{Code, Diagnostic};
 use crate::linalg::{LinalgError, SquareRootInformation};
 use crate::solve::LeastSquares;
@@ -46,11 +47,17 @@ impl LeastSquares for Problem<'_> {
     }
 
     fn cost(&self, q: &Vec<f64>) -> Result<f64, Undefined> {
-        Ok(0.5 * (self.sum_of_squares(q)? + Prior::sum_of_squares(self, q)))
+        Ok(self.sums(q)?.cost + 0.5 * Prior::sum_of_squares(self, q))
     }
 
     fn linearise(&self, q: &Vec<f64>) -> Result<SquareRootInformation, Undefined> {
-        self.with_priors(self.information(q, At::Observed, Rows::All)?, q)
+        self.with_priors(self.linearised(q)?.information, q)
+    }
+
+    fn evaluate(&self, q: &Vec<f64>) -> Result<(f64, SquareRootInformation), Undefined> {
+        let Linearised { information, sums } = self.linearised(q)?;
+        let cost = sums.cost + 0.5 * Prior::sum_of_squares(self, q);
+        Ok((cost, self.with_priors(information, q)?))
     }
 
     fn retract(&self, q: &Vec<f64>, delta: &[f64]) -> Vec<f64> {
