@@ -14,6 +14,7 @@
 //! depend on the rows, and a further drawn variable leaves the others alone.
 
 mod draw;
+mod noise;
 mod root;
 mod rows;
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The rows of a scenario's measurements.
 
 use super::draw::Stream;
+use super::noise::Noise;
 use super::root::{Root, Unsolved};
 use super::truth::Truth;
 use crate::compile::{Measurement, Program, Scenario, Simulation, Step};
@@ -90,6 +91,21 @@ enum Runner<'p> {
 }
 
 impl Maker<'_> {
+    /// The number of a variable among those that the scenario gives values. Inputs that stay at their defaults do not count, so
+    /// that a model that gains one makes the same data.
+    fn number(&self, variable: usize) -> usize {
+        let simulation = self.simulation;
+        let given = |input: &usize| {
+            simulation.draws.iter().any(|(drawn, _)| drawn == input)
+                || simulation.steps.iter().any(|step| match step {
+                    Step::Set { variable, .. } => variable == input,
+                    Step::Solve { unknowns, .. } => unknowns.contains(input),
+                })
+        };
+        let inputs = self.measurement.inputs.len();
+        (0..variable.min(inputs)).filter(given).count() + variable.saturating_sub(inputs)
+    }
+
     fn table(&self, truth: &mut Truth) -> Result<Table, Box<Diagnostic>> {
         let (simulation, inputs) = (self.simulation, &self.measurement.inputs);
         let cells = (inputs.len() + self.measurement.keys.len()).max(1);
@@ -109,9 +125,11 @@ impl Maker<'_> {
         let mut draws: Vec<_> = simulation
             .draws
             .iter()
-            .map(|(variable, drawn)| (*variable, self.stream("draw", &variable.to_string()), drawn))
+            .map(|(variable, drawn)| (*variable, self.stream("draw", &self.number(*variable).to_string()), drawn))
             .collect();
-        let mut noise: Vec<Stream> = inputs.iter().map(|input| self.stream("noise", &input.name)).collect();
+        let streams = inputs.iter().map(|input| self.stream("noise", &input.name)).collect();
+        let mut noise = Noise::new(self.measurement, &simulation.noise, streams);
+        let mut errors = vec![0.0; inputs.len()];
         let columns: Vec<Column> = inputs.iter().map(|input| Column::new(&self.program.units, input)).collect();
         let mut runners: Vec<Runner> = simulation.steps.iter().map(Runner::new).collect();
 
@@ -145,10 +163,9 @@ impl Maker<'_> {
             for runner in &mut runners {
                 runner.run(&mut variables).map_err(|why| Box::new(self.failed(row, why)))?;
             }
+            noise.draw(&variables, &mut errors);
             for (i, reading) in readings.iter_mut().enumerate() {
-                let (mean, sigma) = simulation.noise.get(i).copied().unwrap_or((0.0, 0.0));
-                let error = if self.exact { 0.0 } else { mean + sigma * noise[i].normal() };
-                *reading = columns[i].rounded(variables[i] + error);
+                *reading = columns[i].rounded(variables[i] + if self.exact { 0.0 } else { errors[i] });
                 if !reading.is_finite() {
                     let message = format!("{}: `{}` is not a finite number", self.at(row), inputs[i].name);
                     return Err(Box::new(self.says(Code::CannotSolve, message)));

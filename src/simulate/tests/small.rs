@@ -162,3 +162,21 @@ fn the_nearest_solution_is_taken() {
         }
     }
 }
+
+#[test]
+fn an_input_that_stays_at_its_default_changes_nothing_else() {
+    let model = |inputs: &str| {
+        format!(
+            r#"(name: "line", measurements: {{ "m": (inputs: {{ {inputs} "x": (), "y": (sigma: 1) }}, residuals: {{ "r": "y - x" }}) }},
+                scenarios: {{ "s": (measurements: {{ "m": (
+                    rows: 5, draw: {{ "x": Uniform(0, 1), "u": Uniform(0, 1) }}, set: {{ "y": "x + u" }},
+                ) }}) }})"#
+        )
+    };
+    let of = |inputs: &str| made(&program(&model(inputs)), &Options::default()).tables.remove(0).1;
+    let (without, with) = (of(""), of(r#""t": (default: 3),"#));
+    for row in 0..5 {
+        assert_eq!(with.row(row)[0], 3.0);
+        assert_eq!(with.row(row)[1..], without.row(row)[..]);
+    }
+}
