@@ -1,12 +1,13 @@
 //! The covariance of an estimate from its triangular factor.
 
-use crate::linalg::{LinalgError, Matrix, SquareRootInformation, orthonormalise, solve_upper};
+use crate::linalg::{LinalgError, Matrix, SquareRootInformation, dot, orthonormalise, solve_upper};
 
 /// A covariance matrix of the free coordinates; zero rows and columns for those that are on a bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Covariance {
     /// Row by row.
     pub entries: Vec<Vec<f64>>,
+    root: Vec<Vec<f64>>,
 }
 
 impl Covariance {
@@ -71,7 +72,23 @@ impl Covariance {
         if entries.iter().flatten().any(|value| !value.is_finite()) {
             return Err(LinalgError::NotFinite);
         }
-        Ok(Covariance { entries })
+        Ok(Covariance { entries, root })
+    }
+
+    /// Columns whose products with themselves sum to it: C = root·rootᵀ.
+    pub fn root(&self) -> &[Vec<f64>] {
+        &self.root
+    }
+
+    /// The covariance of errors that are `factor` times as large.
+    pub fn scaled(&self, factor: f64) -> Covariance {
+        let times = |rows: &[Vec<f64>], by: f64| rows.iter().map(|row| row.iter().map(|x| by * x).collect()).collect();
+        Covariance { entries: times(&self.entries, factor * factor), root: times(&self.root, factor) }
+    }
+
+    /// The variance of a quantity with this gradient by the free coordinates.
+    pub fn variance_of(&self, gradient: &[f64]) -> f64 {
+        self.root.iter().map(|column| dot(column, gradient).powi(2)).sum()
     }
 
     /// The standard deviation of a coordinate.

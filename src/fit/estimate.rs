@@ -1,13 +1,14 @@
 //! From a solution to estimates with names and units.
 
-use statrs::distribution::{ChiSquared as Distribution, ContinuousCDF};
-
 use super::covariance::Covariance;
+use super::observations::{Component, Observation, Observations, observations};
 use super::verdict::Verdict;
-use crate::diag::{Code, Diagnostic, Diagnostics};
+use super::warnings::warnings;
+use crate::diag::Diagnostics;
 use crate::linalg::Bound;
-use crate::problem::{At, Problem, Quantities, Rows, Undefined, Weights};
+use crate::problem::{Problem, PureError, Quantities, Undefined, Weights};
 use crate::solve::{Iteration, Solution, Status};
+use crate::statistics::{Criteria, Noise, Summary, Test, chi_squared_upper_tail, coverage_factor, lack_of_fit};
 
 /// A parameter is not estimable where its squared share of the tolerance-scaled null space exceeds this.
 pub const NOT_ESTIMABLE: f64 = 0.01;
@@ -24,6 +25,8 @@ pub struct Estimate {
     pub value: f64,
     /// Its unit.
     pub unit: String,
+    /// The bounds of its interval of confidence, at [`Fit::confidence`]; none where there is no sigma.
+    pub interval: Option<(f64, f64)>,
     /// Its standard uncertainty; none where it is not estimable, on a bound, or where nothing tells the scale.
     pub sigma: Option<f64>,
     /// Whether the data determine it.
@@ -36,6 +39,8 @@ pub struct Estimate {
     pub nominal: f64,
     /// What counts as known well enough.
     pub tolerance: f64,
+    /// One internal unit in its unit.
+    pub reported: f64,
 }
 
 /// A coordinate that was not estimated.
@@ -91,10 +96,32 @@ pub struct Fit {
     pub null_directions: Vec<Vec<(String, f64)>>,
     /// The covariance of the free coordinates in internal units, already scaled.
     pub covariance: Option<Covariance>,
+    /// The covariance that errors as declared would give, by which observations are tested.
+    pub cofactors: Option<Covariance>,
     /// Root mean square of each residual, unweighted, in reported units with the unit.
     pub residual_rms: Vec<(String, f64, String)>,
-    /// The global test, where weights are real.
+    /// The global test, where weights are real and no loss has changed them.
     pub chi_squared: Option<ChiSquared>,
+    /// The level and factor of the intervals.
+    pub confidence: Confidence,
+    /// What large residuals count, where not their squares.
+    pub robust: Option<String>,
+    /// Rows that a loss gives no weight.
+    pub rejected: usize,
+    /// Equations that said what others of their row say already.
+    pub redundant: usize,
+    /// Rows whose corrections did not stand still.
+    pub unsettled: usize,
+    /// The tests of all observations, unless there are very many.
+    pub observations: Option<Observations>,
+    /// What made rows suspect that data snooping has taken out.
+    pub removed: Vec<Observation>,
+    /// The size of errors, where it was estimated.
+    pub components: Vec<Component>,
+    /// Whether the model leaves more than repeated rows scatter, where rows are repeated.
+    pub lack_of_fit: Option<LackOfFit>,
+    /// For the comparison with other models of the same data.
+    pub criteria: Option<Criteria>,
     /// How residuals were weighted.
     pub weights: Weights,
     /// Singular values of the column-normalised Jacobian, largest first.
@@ -105,42 +132,118 @@ pub struct Fit {
     pub warnings: Diagnostics,
 }
 
+/// The test of a model against repeated rows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LackOfFit {
+    /// How much these scatter.
+    pub pure: PureError,
+    /// F, and the probability of a larger one where the model is right.
+    pub test: Test,
+}
+
+/// How wide intervals are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Confidence {
+    /// The probability that they hold the truth.
+    pub level: f64,
+    /// Standard uncertainties to either side: Student's t where the scale is estimated, else that of the normal distribution.
+    pub factor: f64,
+    /// The degrees of freedom of the scale; none where it is declared.
+    pub dof: Option<usize>,
+}
+
+/// The level of intervals.
+const LEVEL: f64 = 0.95;
+
+/// Rows beyond which observations are tested only when asked for.
+pub const MOST_TESTED: usize = 20_000;
+
 impl Fit {
+    /// σ₀ and its degrees of freedom, where nothing else tells the size of errors.
+    pub fn estimated_scale(&self) -> Option<(f64, usize)> {
+        self.sigma0.filter(|_| !self.weights.are_real()).map(|sigma0| (sigma0, self.dof))
+    }
+
     /// Whether to trust it, and why not.
     pub fn verdict(&self) -> Verdict {
         Verdict::of(self)
     }
 }
 
-/// Analyses a solution of a problem.
+/// Which observations are tested.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Tested {
+    /// All, unless there are more rows than [`MOST_TESTED`].
+    #[default]
+    Few,
+    /// All.
+    All,
+    /// None.
+    None,
+}
+
+/// Analyses a solution of a problem, and tests its observations unless there are very many.
 ///
 /// # Errors
 /// Where the derivatives at the solution are undefined.
 pub fn analyse(problem: &Problem, solution: Solution<Vec<f64>>) -> Result<Fit, Undefined> {
+    analyse_with(problem, solution, Tested::Few)
+}
+
+/// Analyses a solution of a problem.
+///
+/// # Errors
+/// Where the derivatives at the solution are undefined.
+pub fn analyse_with(problem: &Problem, solution: Solution<Vec<f64>>, tested: Tested) -> Result<Fit, Undefined> {
     let n = problem.free.len();
     let q = &solution.point;
     let scale: Vec<f64> = problem.free.iter().map(|&c| problem.layout.coordinates[c].tolerance).collect();
     let data = match problem.priors() {
         0 => problem.visible(q, false, &solution.information)?,
-        _ => problem.visible(q, false, &problem.information(q, At::Observed, Rows::All)?)?,
+        _ => problem.visible(q, false, &problem.linearised(q)?.information)?,
     };
     let invisible = &solution.invisible;
     let active: Vec<bool> = solution.active.iter().map(|bound| *bound != Bound::Free).collect();
 
-    let sum_of_squares = problem.sum_of_squares(q)?;
-    let (equations, priors) = (problem.equations(), problem.priors());
+    let sums = problem.sums(q)?;
+    let (equations, priors) = (sums.equations, problem.priors());
     let rank_of_both = n - invisible.len();
     let dof = (equations + priors).saturating_sub(rank_of_both);
-    let sigma0 = (dof > 0).then(|| (2.0 * solution.cost / dof as f64).sqrt());
-    let factor = match problem.weights {
-        Weights::Unit => sigma0,
-        Weights::Sigma => Some(1.0),
+    let real = problem.weights.are_real();
+    let sigma0 = match problem.robust_rows() {
+        true => sums.robust_sigma0(rank_of_both),
+        false => (dof > 0).then(|| (2.0 * solution.cost / dof as f64).sqrt()),
     };
-    let covariance = factor.and_then(|factor| {
-        let mut covariance = Covariance::new(&solution.information, &scale, invisible, &active).ok()?;
-        covariance.entries.iter_mut().flatten().for_each(|entry| *entry *= factor * factor);
-        Some(covariance)
-    });
+    let (declared, factor) = match problem.robust_rows() {
+        // the cofactors of all rows as they are, times what the loss makes of them
+        true => {
+            let plain = problem.without_loss();
+            let information = plain.with_priors(plain.linearised(q)?.information, q)?;
+            (Covariance::new(&information, &scale, invisible, &active).ok(), sums.robust_factor(rank_of_both))
+        }
+        false => {
+            let declared = Covariance::new(&solution.information, &scale, invisible, &active).ok();
+            (declared, if real { Some(1.0) } else { sigma0 })
+        }
+    };
+    let covariance = declared.as_ref().zip(factor).map(|(declared, factor)| declared.scaled(factor));
+    let estimated = if real { None } else { sigma0.map(|sigma0| (sigma0, dof)) };
+    let wanted = tested == Tested::All || (tested == Tested::Few && sums.rows <= MOST_TESTED);
+    let tested = match (&declared, wanted) {
+        (Some(declared), true) if real || estimated.is_some() => {
+            Some(observations(problem, q, declared, estimated, |_| ())?)
+        }
+        _ => None,
+    };
+    let lack_of_fit = match sums.rows <= MOST_TESTED && !problem.is_robust() {
+        true => replicated(problem, q, sums.squares, equations, data.rank)?,
+        false => None,
+    };
+    let confidence = Confidence {
+        level: LEVEL,
+        factor: coverage_factor(LEVEL, if real { f64::INFINITY } else { dof as f64 }).unwrap_or(f64::NAN),
+        dof: (!real).then_some(dof),
+    };
     let share = |j: usize| invisible.iter().map(|basis| basis[j] * basis[j]).sum::<f64>();
     let units = &problem.program.units;
     let parameters = problem
@@ -152,9 +255,12 @@ pub fn analyse(problem: &Problem, solution: Solution<Vec<f64>>) -> Result<Fit, U
             let reported = |value: f64| units.to_reported(value, coordinate.dimension);
             let estimable = share(j) <= NOT_ESTIMABLE;
             let sigma = covariance.as_ref().filter(|_| estimable && !active[j]).map(|c| reported(c.sigma(j)));
+            let value = reported(q[c]);
+            let half = sigma.map(|sigma| confidence.factor * sigma).filter(|half| half.is_finite());
             Estimate {
                 name: coordinate.name.clone(),
-                value: reported(q[c]),
+                value,
+                interval: half.map(|half| (value - half, value + half)),
                 unit: units.symbol(coordinate.dimension),
                 sigma,
                 estimable,
@@ -162,6 +268,7 @@ pub fn analyse(problem: &Problem, solution: Solution<Vec<f64>>) -> Result<Fit, U
                 at_bound: active[j],
                 nominal: reported(coordinate.nominal),
                 tolerance: reported(coordinate.tolerance),
+                reported: reported(1.0),
             }
         })
         .collect();
@@ -172,14 +279,16 @@ pub fn analyse(problem: &Problem, solution: Solution<Vec<f64>>) -> Result<Fit, U
         unit: units.symbol(coordinate.dimension),
     });
     let held = held.collect();
-    let chi_squared = match problem.weights {
-        Weights::Sigma if dof > 0 => chi_squared(2.0 * solution.cost, dof),
-        _ => None,
+    let chi_squared = match real && dof > 0 && !problem.is_robust() {
+        true => chi_squared(2.0 * solution.cost, dof),
+        false => None,
     };
+    let all = Summary { sum_of_squares: 2.0 * solution.cost, equations: equations + priors, parameters: rank_of_both };
+    let noise = if real { Noise::Known } else { Noise::Unknown };
     let mut fit = Fit {
         status: solution.status,
         cost: solution.cost,
-        sum_of_squares,
+        sum_of_squares: sums.squares,
         equations,
         priors,
         dof,
@@ -191,8 +300,19 @@ pub fn analyse(problem: &Problem, solution: Solution<Vec<f64>>) -> Result<Fit, U
         held,
         null_directions: invisible.iter().map(|basis| direction(problem, basis)).collect(),
         covariance,
+        cofactors: declared,
         residual_rms: residual_rms(problem, q)?,
         chi_squared,
+        confidence,
+        robust: problem.robust_name(),
+        rejected: sums.rejected,
+        redundant: sums.redundant,
+        unsettled: sums.unsettled,
+        observations: tested,
+        lack_of_fit,
+        removed: Vec::new(),
+        components: Vec::new(),
+        criteria: if problem.is_robust() { None } else { Criteria::new(&all, noise) },
         weights: problem.weights,
         singular_values: data.singular_values,
         point: solution.point.clone(),
@@ -202,9 +322,23 @@ pub fn analyse(problem: &Problem, solution: Solution<Vec<f64>>) -> Result<Fit, U
     Ok(fit)
 }
 
+fn replicated(
+    problem: &Problem,
+    q: &[f64],
+    squares: f64,
+    equations: usize,
+    rank: usize,
+) -> Result<Option<LackOfFit>, Undefined> {
+    let pure = problem.pure_error(q)?;
+    if pure.dof == 0 {
+        return Ok(None);
+    }
+    let data = Summary { sum_of_squares: squares, equations, parameters: rank };
+    Ok(lack_of_fit(&data, pure.squares, pure.dof).map(|test| LackOfFit { pure, test }))
+}
+
 fn chi_squared(value: f64, dof: usize) -> Option<ChiSquared> {
-    let distribution = Distribution::new(dof as f64).ok()?;
-    Some(ChiSquared { value, dof, upper_tail: distribution.sf(value) })
+    Some(ChiSquared { value, dof, upper_tail: chi_squared_upper_tail(value, dof as f64)? })
 }
 
 /// A null direction by names; the largest weight is positive, weights that round to nothing are left out.
@@ -240,49 +374,4 @@ fn residual_rms(problem: &Problem, q: &[f64]) -> Result<Vec<(String, f64, String
         }
     }
     Ok(all)
-}
-
-fn warnings(fit: &Fit, n: usize, projected: bool) -> Diagnostics {
-    let mut warnings = Diagnostics::new();
-    if projected {
-        warnings.push(Diagnostic::warning(Code::StartProjected, "the start was moved into its bounds"));
-    }
-    if fit.equations + fit.priors < n {
-        let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
-        let (equations, priors) = (count(fit.equations, "equation"), count(fit.priors, "prior"));
-        let message = format!("{equations} and {priors} cannot determine {}", count(n, "parameter"));
-        warnings.push(
-            Diagnostic::warning(Code::Underdetermined, message)
-                .hint("measure more rows, or hold parameters with `--fix`"),
-        );
-    }
-    let blind: Vec<&str> = fit.parameters.iter().filter(|p| !p.estimable).map(|p| p.name.as_str()).collect();
-    if !blind.is_empty() {
-        let message = format!("not estimable: {}", list(&blind));
-        let hint = match fit.null_directions.len() {
-            1 => "the data see only a combination of these: hold one of them with `--fix`, or measure more".to_owned(),
-            n => format!("{n} combinations of these are not seen: hold one of each with `--fix`, or measure more"),
-        };
-        warnings.push(Diagnostic::warning(Code::NotEstimable, message).hint(hint));
-    }
-    let weak: Vec<&str> = fit
-        .parameters
-        .iter()
-        .filter(|p| p.sigma.is_some_and(|sigma| sigma > p.tolerance))
-        .map(|p| p.name.as_str())
-        .collect();
-    if !weak.is_empty() {
-        let message = format!("known less well than the declared tolerance: {}", list(&weak));
-        warnings.push(Diagnostic::warning(Code::PracticallyWeak, message).hint("measure more, or elsewhere"));
-    }
-    warnings
-}
-
-fn list(names: &[&str]) -> String {
-    const MOST: usize = 12;
-    let shown: Vec<String> = names.iter().take(MOST).map(|name| format!("`{name}`")).collect();
-    match names.len().checked_sub(MOST) {
-        Some(more) if more > 0 => format!("{} and {more} more", shown.join(", ")),
-        _ => shown.join(", "),
-    }
 }

@@ -3,6 +3,8 @@
 use serde_json::{Map, Value, json};
 
 use super::estimate::Fit;
+use super::observations::{ALPHA, Observation, Observations, POWER};
+use super::uncertainty::JointUncertainty;
 use crate::diag::{Code, DataPlace, Diagnostic, json as diagnostics_json};
 
 /// What a fit file holds beside the fit itself.
@@ -12,6 +14,8 @@ pub struct FitFile {
     pub provenance: Map<String, Value>,
     /// Nanoseconds by stage.
     pub timings: Map<String, Value>,
+    /// How well rows were predicted that took no part, where asked for.
+    pub hold_out: Value,
 }
 
 impl FitFile {
@@ -23,7 +27,8 @@ impl FitFile {
             .iter()
             .map(|p| {
                 json!({
-                    "name": p.name, "value": p.value, "unit": p.unit, "sigma": p.sigma, "estimable": p.estimable, "at_datum": p.at_datum,
+                    "name": p.name, "value": p.value, "unit": p.unit, "sigma": p.sigma, "interval": p.interval,
+                    "estimable": p.estimable, "at_datum": p.at_datum,
                     "at_bound": p.at_bound, "nominal": p.nominal, "tolerance": p.tolerance,
                 })
             })
@@ -50,6 +55,9 @@ impl FitFile {
                 })
             })
             .collect();
+        let component =
+            |c: &super::observations::Component| json!({"group": c.group, "factor": c.factor, "sigma": c.sigma});
+        let components: Vec<Value> = fit.components.iter().map(component).collect();
         let rms: Map<String, Value> =
             fit.residual_rms.iter().map(|(name, rms, _)| (name.clone(), json!(rms))).collect();
         let units: Map<String, Value> =
@@ -66,18 +74,33 @@ impl FitFile {
             "dof": fit.dof,
             "sigma0": fit.sigma0,
             "chi_squared": fit.chi_squared.map(|c| json!({"value": c.value, "dof": c.dof, "upper_tail": c.upper_tail})),
+            "confidence": {"level": fit.confidence.level, "factor": fit.confidence.factor, "dof": fit.confidence.dof},
+            "lack_of_fit": fit.lack_of_fit.map(|l| json!({
+                "groups": l.pure.groups, "pure_error": l.pure.squares, "dof": l.pure.dof, "f": l.test.statistic,
+                "upper_tail": l.test.upper_tail,
+            })),
+            "criteria": fit.criteria.map(|c| json!({"aic": c.aic, "aicc": c.aicc, "bic": c.bic})),
             "weights": fit.weights.name(),
+            "robust": fit.robust,
+            "rejected_rows": fit.rejected,
+            "redundant_equations": fit.redundant,
+            "unsettled_rows": fit.unsettled,
             "iterations": fit.iterations,
             "rank": fit.rank,
             "parameters": parameters,
             "held": held,
             "null_directions": directions,
             "correlations": correlations(fit),
+            "covariance": covariance(fit),
+            "observations": fit.observations.as_ref().map(|o| observations_json(fit, o)),
             "singular_values": fit.singular_values,
             "residual_rms": rms,
             "residual_units": units,
             "trace": trace,
             "timings_ns": self.timings,
+            "hold_out": self.hold_out,
+            "variance_components": components,
+            "removed": fit.removed.iter().map(|o| observation_json(fit, o)).collect::<Vec<_>>(),
             "warnings": diagnostics_json(&fit.warnings),
             "provenance": self.provenance,
         })
@@ -95,15 +118,53 @@ fn correlations(fit: &Fit) -> Value {
     json!({ "names": names, "matrix": matrix })
 }
 
+/// Names, and the covariance of the free parameters in reported units: that of the minimum-norm datum where not all are
+/// estimable, so it is for quantities that change along no null direction.
+fn covariance(fit: &Fit) -> Value {
+    let all = JointUncertainty::of(fit);
+    all.covariance.map_or(Value::Null, |matrix| json!({ "names": all.names, "matrix": matrix }))
+}
+
+fn observation_json(fit: &Fit, o: &Observation) -> Value {
+    let name = |p: usize| fit.parameters.get(p).map(|p| p.name.as_str());
+    let effect = o.effect.map(|(p, sigmas)| json!({"parameter": name(p), "sigmas": sigmas}));
+    let partner = |(name, rho): &(String, f64)| json!({"name": name, "correlation": rho});
+    json!({
+        "measurement": o.measurement_name, "row": o.row + 1, "name": o.name, "unit": o.unit, "observed": o.observed,
+        "adjusted": o.adjusted, "sigma": o.sigma, "redundancy": o.redundancy, "test": o.test,
+        "smallest_detectable": o.smallest_detectable, "effect": effect,
+        "inseparable": o.inseparable.iter().map(partner).collect::<Vec<_>>(),
+    })
+}
+
+/// What the tests of all observations say.
+fn observations_json(fit: &Fit, all: &Observations) -> Value {
+    let suspects = all.suspects.iter().map(|o| observation_json(fit, o));
+    let groups = all.groups.iter().map(|g| {
+        json!({
+            "name": g.name, "observations": g.observations, "redundancy": g.redundancy,
+            "variance_factor": g.variance_factor(),
+        })
+    });
+    json!({
+        "count": all.count, "critical": all.critical, "alpha": ALPHA, "power": POWER,
+        "noncentrality": all.noncentrality, "redundancy": all.redundancy, "uncontrolled": all.uncontrolled,
+        "suspected": all.suspected, "suspects": suspects.collect::<Vec<_>>(), "groups": groups.collect::<Vec<_>>(),
+    })
+}
+
+/// A file that is no fit.
+pub(super) fn wrong(file: &str, why: String) -> Box<Diagnostic> {
+    let hint = "write a fit with `calibrate --out FILE`, or an object such as {\"L1.alpha\": 1.5707}";
+    Box::new(Diagnostic::error(Code::BadFitFile, why).at_data(DataPlace::file(file)).hint(hint))
+}
+
 /// The values of a fit file, or of a JSON object of name → value.
 ///
 /// # Errors
 /// Where the text is neither.
 pub fn read_values(file: &str, text: &str) -> Result<Vec<(String, f64)>, Box<Diagnostic>> {
-    let wrong = |why: String| {
-        let hint = "write a fit with `calibrate --out FILE`, or an object such as {\"L1.alpha\": 1.5707}";
-        Box::new(Diagnostic::error(Code::BadFitFile, why).at_data(DataPlace::file(file)).hint(hint))
-    };
+    let wrong = |why: String| wrong(file, why);
     let value: Value = serde_json::from_str(text).map_err(|error| wrong(format!("`{file}` is not JSON: {error}")))?;
     let Value::Object(object) = value else { return Err(wrong(format!("`{file}` is not a JSON object"))) };
     let number = |name: &str, value: Option<&Value>| match value.and_then(Value::as_f64) {

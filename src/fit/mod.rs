@@ -4,14 +4,24 @@
 //!   where they are real (a priori).
 //! - Along an invisible direction nothing is known: C is that of the minimum-norm datum, and a parameter whose squared share
 //!   of the tolerance-scaled null space exceeds [`NOT_ESTIMABLE`] has no sigma.
+//! - Under a robust loss of rows it is the sandwich of the M-estimator, (JᵀJ)⁻¹ Σ w² s/(equations − rank) / (Σ h/rows)² with
+//!   h = w + 2 s w'/m (Huber 1981, §7.6), so that what a rejected row would have told does not count.
 //! - On an active bound there is no sigma either, and the others are those of the problem with the bound as an equation.
 
 mod covariance;
 mod estimate;
 mod file;
+mod observations;
+mod uncertainty;
 mod verdict;
+mod warnings;
 
 pub use covariance::Covariance;
-pub use estimate::{ChiSquared, Estimate, Fit, HeldValue, NOT_ESTIMABLE, analyse};
+pub use estimate::{
+    ChiSquared, Confidence, Estimate, Fit, HeldValue, LackOfFit, MOST_TESTED, NOT_ESTIMABLE, Tested, analyse,
+    analyse_with,
+};
 pub use file::{FitFile, read_values};
+pub use observations::{ALPHA, Component, Group, INSEPARABLE, Observation, Observations, POWER, observations};
+pub use uncertainty::{JointUncertainty, Stated};
 pub use verdict::Verdict;

@@ -13,7 +13,8 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// Judges a fit: converged, every free parameter estimable, and, where weights are real, χ² not too large.
+    /// Judges a fit: converged, every free parameter estimable, corrections settled, something left by a loss, and, where
+    /// weights are real, χ² not too large.
     pub(super) fn of(fit: &Fit) -> Self {
         let mut reasons = Vec::new();
         if !fit.status.converged() {
@@ -23,6 +24,13 @@ impl Verdict {
         if blind > 0 {
             let plural = if blind == 1 { "one parameter is" } else { &format!("{blind} parameters are") };
             reasons.push(format!("{plural} not estimable"));
+        }
+        if fit.unsettled > 0 {
+            let rows = if fit.unsettled == 1 { "one row" } else { &format!("{} rows", fit.unsettled) };
+            reasons.push(format!("the corrections of {rows} did not settle"));
+        }
+        if fit.robust.is_some() && fit.covariance.is_none() && !fit.parameters.is_empty() {
+            reasons.push("the loss leaves too few rows to tell how certain anything is".into());
         }
         if let Some(chi) = fit.chi_squared
             && chi.upper_tail <= SUSPICIOUS
