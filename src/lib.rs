@@ -12,7 +12,8 @@
 //!
 //! > *q̂* = arg min ½ Σᵢ ‖*rᵢ(q)*/*σᵢ*‖² + ½ Σⱼ ((*qⱼ* ⊖ *nominalⱼ*)/*sⱼ*)²,  *min* ≤ *q* ≤ *max*,
 //!
-//! and among equally good points the one nearest to the nominal values in units of the parameters' tolerances. Derivatives
+//! where the first sum, with errors of the readings declared, is Σᵢ min *vᵢ*ᵀ*Σ*⁻¹*vᵢ* over corrections that make the equations
+//! hold, *f(q, xᵢ + vᵢ)* = 0; and among equally good points the one nearest to the nominal values in units of the parameters' tolerances. Derivatives
 //! ∂r/∂q and ∂r/∂x are exact.
 //!
 //! # How data flow
@@ -34,13 +35,16 @@
 //! | [`compile`] | names, shapes and dimensions checked; model to program |
 //! | [`data`] | tables from files |
 //! | [`simulate`] | made-up tables, and the truth behind them |
+//! | [`statistics`] | distributions, tests, robust losses |
 //! | [`simd`] | the instruction set of the machine |
 //! | [`linalg`] | the square-root information matrix |
 //! | [`solve`] | least squares on a manifold |
 //! | [`problem`] | a program bound to rows |
 //! | [`fit`] | uncertainties, what is not estimable, a verdict |
-//! | [`evaluate`] | residuals, outputs and Jacobians at given values |
+//! | [`evaluate`] | residuals, Jacobians, and outputs with their uncertainty, at given values |
 //! | [`session`] | all stages joined |
+//! | [`coverage`](mod@coverage) | whether the stated uncertainties are true |
+//! | [`compare`] | two fits side by side |
 //! | [`report`] | text and JSON |
 //! | [`cli`] | the command line |
 //!
@@ -82,7 +86,9 @@
 //! ```
 
 pub mod cli;
+pub mod compare;
 pub mod compile;
+pub mod coverage;
 pub mod data;
 pub mod diag;
 pub mod eval;
@@ -98,4 +104,5 @@ pub mod session;
 pub mod simd;
 pub mod simulate;
 pub mod solve;
+pub mod statistics;
 pub mod unit;

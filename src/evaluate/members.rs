@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use crate::compile::Role;
-use crate::fit::{Fit, analyse};
+use crate::fit::{Fit, Tested, analyse_with};
 use crate::problem::{Problem, Undefined};
 use crate::solve::{Settings, StartError, minimise};
 
@@ -47,7 +47,7 @@ impl Members {
     ) -> Result<Members, StartError<Undefined>> {
         let alone = problem.with_free(coordinates);
         let solution = minimise(&alone, point, &Settings::default())?;
-        let fit = analyse(&alone, solution).map_err(StartError::Undefined)?;
+        let fit = analyse_with(&alone, solution, Tested::None).map_err(StartError::Undefined)?;
         Ok(Members { point: fit.point.clone(), fit: Some(fit) })
     }
 }

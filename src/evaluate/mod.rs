@@ -1,15 +1,20 @@
-//! What a model with given values says of data: statistics of the residuals, derived outputs row by row, and the Jacobian.
+//! What a model with given values says of data: statistics of the residuals, derived outputs row by row with their
+//! uncertainty, and the Jacobian.
 //!
 //! Everything is in reported units. A vector residual `miss` is counted twice: by components `miss.x .y .z`, and by its
 //! length, for consistency is quoted as the root mean square of distances.
 
+mod estimated;
 mod jacobian;
 mod members;
 mod statistics;
+mod uncertainty;
 
+pub use estimated::{Estimated, Why};
 pub use jacobian::{Jacobian, jacobians};
 pub use members::{Members, unseen};
 pub use statistics::Statistics;
+pub use uncertainty::{COVERAGE, Gap, MOST_COVARIANCES, Uncertainties, Uncertainty, uncertainties};
 
 use crate::compile::Role;
 use crate::problem::{Block, Problem, Quantities, Undefined};

@@ -1,4 +1,6 @@
-//! Mean, standard deviation and largest of a stream of numbers, by Welford's update (Technometrics 4, 1962, 419).
+//! Mean, standard deviation and largest of a stream of numbers.
+
+use crate::statistics::Moments;
 
 /// What is said of a residual over all rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,28 +21,9 @@ pub struct Statistics {
     pub worst_row: usize,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
-struct Moments {
-    mean: f64,
-    squares: f64,
-}
-
-impl Moments {
-    fn push(&mut self, count: f64, value: f64) {
-        let before = value - self.mean;
-        self.mean += before / count;
-        self.squares += before * (value - self.mean);
-    }
-
-    fn deviation(&self, count: f64) -> Option<f64> {
-        (count > 1.0).then(|| (self.squares / (count - 1.0)).sqrt())
-    }
-}
-
 /// Statistics in the making.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Running {
-    count: f64,
     plain: Moments,
     absolute: Moments,
     squares: f64,
@@ -49,9 +32,8 @@ pub(super) struct Running {
 
 impl Running {
     pub(super) fn push(&mut self, row: usize, value: f64) {
-        self.count += 1.0;
-        self.plain.push(self.count, value);
-        self.absolute.push(self.count, value.abs());
+        self.plain.push(value);
+        self.absolute.push(value.abs());
         self.squares += value * value;
         let worse = |(largest, at): (f64, usize)| value.abs() > largest || (value.abs() == largest && row < at);
         if self.worst.is_none_or(worse) {
@@ -63,11 +45,11 @@ impl Running {
     pub(super) fn statistics(&self, convert: impl Fn(f64) -> f64) -> Statistics {
         let (largest, row) = self.worst.unwrap_or_default();
         Statistics {
-            mean: convert(self.plain.mean),
-            sd: self.plain.deviation(self.count).map(&convert),
-            mean_abs: convert(self.absolute.mean),
-            sd_abs: self.absolute.deviation(self.count).map(&convert),
-            rms: convert((self.squares / self.count.max(1.0)).sqrt()),
+            mean: convert(self.plain.mean().unwrap_or_default()),
+            sd: self.plain.deviation().map(&convert),
+            mean_abs: convert(self.absolute.mean().unwrap_or_default()),
+            sd_abs: self.absolute.deviation().map(&convert),
+            rms: convert((self.squares / self.plain.count().max(1.0)).sqrt()),
             max_abs: convert(largest),
             worst_row: row + 1,
         }

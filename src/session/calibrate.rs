@@ -4,12 +4,12 @@ use std::time::Instant;
 
 use serde_json::{Map, Value, json};
 
-use super::timed::Timed;
+use super::procedure::{Clock, Procedure};
 use super::{Bound, nanoseconds};
 use crate::diag::{Code, Diagnostic, Diagnostics};
-use crate::fit::{Fit, FitFile, analyse};
-use crate::problem::Undefined;
-use crate::solve::{Settings, StartError, minimise};
+use crate::fit::{Fit, FitFile};
+use crate::problem::{Problem, Undefined};
+use crate::solve::StartError;
 
 /// A fit and how it came about.
 #[derive(Clone, Debug)]
@@ -25,20 +25,27 @@ pub struct Calibration {
 /// # Errors
 /// Where the search cannot start, or a derivative at the end is undefined.
 pub fn calibrate(bound: &Bound, progress: &dyn Fn(usize, f64)) -> Result<Calibration, Diagnostics> {
-    let problem = &bound.problem;
+    calibrate_by(bound, &Procedure::default(), progress).map(|(calibration, _)| calibration)
+}
+
+/// The same by a [`Procedure`], with the problem as it was fitted last: without rows that data snooping took out, with factors
+/// of the declared errors as estimated.
+///
+/// # Errors
+/// Where a search cannot start, or a derivative at an end is undefined.
+pub fn calibrate_by<'s>(
+    bound: &Bound<'s>,
+    procedure: &Procedure,
+    progress: &dyn Fn(usize, f64),
+) -> Result<(Calibration, Problem<'s>), Diagnostics> {
     let stop = |found: Diagnostic| {
         let mut all = bound.warnings.clone();
         all.push(found);
         all
     };
     let begun = Instant::now();
-    let timed = Timed::new(problem, progress);
-    let solution =
-        minimise(&timed, problem.start.clone(), &Settings::default()).map_err(|error| stop(failed(error)))?;
-    let solved = nanoseconds(begun);
-    let spent = u64::try_from(timed.spent().as_nanos()).unwrap_or(u64::MAX);
-    let linearised = timed.linearised();
-    let mut fit = analyse(problem, solution).map_err(|Undefined(found)| stop(*found))?;
+    let mut clock = Clock { progress, spent: 0, solved: 0, linearised: 0 };
+    let (mut fit, problem) = procedure.run(&bound.problem, &mut clock).map_err(|found| stop(*found))?;
     let own = std::mem::take(&mut fit.warnings);
     fit.warnings.extend(bound.warnings.clone());
     fit.warnings.extend(own);
@@ -48,14 +55,23 @@ pub fn calibrate(bound: &Bound, progress: &dyn Fn(usize, f64)) -> Result<Calibra
     let timings = [
         ("read", session.read_ns + bound.read_ns),
         ("compile", session.compile_ns),
-        ("evaluate", spent),
-        ("linear_algebra", solved.saturating_sub(spent)),
+        ("evaluate", clock.spent),
+        ("linear_algebra", clock.solved.saturating_sub(clock.spent)),
         ("total", session.read_ns + bound.read_ns + session.compile_ns + nanoseconds(begun)),
     ];
     let mut timings: Map<String, Value> = timings.map(|(name, ns)| (name.to_owned(), json!(ns))).into_iter().collect();
-    let per_row = spent as f64 / (rows.max(1) * linearised.max(1)) as f64;
+    let per_row = clock.spent as f64 / (rows.max(1) * clock.linearised.max(1)) as f64;
     timings.insert("per_row_per_iteration".into(), json!(per_row));
-    Ok(Calibration { fit, file: FitFile { provenance: provenance(bound), timings } })
+    Ok((Calibration { fit, file: FitFile { provenance: provenance(bound), timings, ..FitFile::default() } }, problem))
+}
+
+/// The fit of a problem by a [`Procedure`].
+///
+/// # Errors
+/// Where a search cannot start, or a derivative at an end is undefined.
+pub fn fit_by(problem: &Problem, procedure: &Procedure) -> Result<Fit, Box<Diagnostic>> {
+    let mut clock = Clock { progress: &|_, _| (), spent: 0, solved: 0, linearised: 0 };
+    procedure.run(problem, &mut clock).map(|(fit, _)| fit)
 }
 
 /// Version, model and data.

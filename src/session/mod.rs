@@ -20,11 +20,17 @@
 
 mod calibrate;
 mod choice;
+mod hold_out;
+mod procedure;
 mod timed;
+mod values;
 
-pub use calibrate::{Calibration, calibrate, failed};
+pub use calibrate::{Calibration, calibrate, calibrate_by, failed, fit_by};
 pub use choice::{Choice, UsedFile};
+pub use hold_out::{HeldOut, hold_out};
+pub use procedure::{Procedure, fit_once};
 pub use timed::Timed;
+pub use values::Values;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -32,7 +38,6 @@ use std::time::Instant;
 use crate::compile::{Program, Scenario, compile};
 use crate::data::fingerprint;
 use crate::diag::{Code, Diagnostic, Diagnostics, Source, did_you_mean};
-use crate::fit;
 use crate::model::{Model, load};
 use crate::problem::{Options, Problem};
 
@@ -157,35 +162,6 @@ impl Session {
     /// The directory that paths of the model are relative to.
     pub fn directory(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new(""))
-    }
-}
-
-/// A file of values: a fit, or an object of name and value.
-#[derive(Clone, Debug)]
-pub struct Values {
-    /// The file, as given.
-    pub file: String,
-    /// Names and values in reported units.
-    pub values: Vec<(String, f64)>,
-    /// The whole of it.
-    pub json: serde_json::Value,
-}
-
-impl Values {
-    /// Reads one.
-    ///
-    /// # Errors
-    /// Where the file cannot be read, or is neither.
-    pub fn read(file: &str) -> Result<Values, Box<Diagnostic>> {
-        let source = Source::read(Path::new(file))?;
-        let values = fit::read_values(file, source.text())?;
-        let json = serde_json::from_str(source.text()).unwrap_or_default();
-        Ok(Values { file: file.to_owned(), values, json })
-    }
-
-    /// A member of the fit, where it is one.
-    pub fn member(&self, name: &str) -> Option<&serde_json::Value> {
-        self.json.get("parameters").filter(|p| p.is_array()).and(self.json.get(name))
     }
 }
 

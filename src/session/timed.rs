@@ -59,6 +59,14 @@ impl<L: LeastSquares> LeastSquares for Timed<'_, L> {
         self.timed(|| self.problem.linearise(q))
     }
 
+    fn evaluate(&self, q: &L::Point) -> Result<(f64, SquareRootInformation), L::Error> {
+        self.linearised.set(self.linearised.get() + 1);
+        (self.progress)(self.linearised.get(), self.cost.get());
+        let (cost, information) = self.timed(|| self.problem.evaluate(q))?;
+        self.cost.set(cost);
+        Ok((cost, information))
+    }
+
     fn retract(&self, q: &L::Point, delta: &[f64]) -> L::Point {
         self.problem.retract(q, delta)
     }
