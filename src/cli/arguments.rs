@@ -2,9 +2,11 @@
 
 use clap::{Args, ValueEnum};
 
-use crate::diag::{Code, Diagnostic, Diagnostics};
+use crate::compile::{LossOf, Robust, Scenario};
+use crate::diag::{Code, Diagnostic, Diagnostics, did_you_mean};
 use crate::problem::{Selection, Weights};
-use crate::session::Values;
+use crate::session::{Session, Values};
+use crate::statistics::{Kernel, Loss};
 
 /// A file for a measurement: `M=FILE`.
 pub(super) fn data(text: &str) -> Result<(String, String), String> {
@@ -19,6 +21,27 @@ pub(super) fn rows(text: &str) -> Result<(String, usize), String> {
     let wanted = || "write MEASUREMENT=NUMBER, such as vo_line=300".to_owned();
     let (name, number) = text.split_once('=').filter(|(name, _)| !name.is_empty()).ok_or_else(wanted)?;
     number.trim().parse().map(|number| (name.to_owned(), number)).map_err(|_| wanted())
+}
+
+/// A scenario, or else the first, and how many rows its measurements get by their numbers.
+pub(super) fn scenario_rows<'s>(
+    session: &'s Session,
+    name: Option<&str>,
+    rows: &[(String, usize)],
+    mistakes: &mut Diagnostics,
+) -> Option<(&'s Scenario, Vec<(usize, usize)>)> {
+    let scenario = collect(session.scenario(name), mistakes);
+    let mut numbers = Vec::new();
+    for (name, number) in rows {
+        let Some(index) = collect(session.measurement(name), mistakes) else { continue };
+        numbers.push((index, *number));
+        let Some(scenario) = scenario else { continue };
+        if scenario.measurements.iter().all(|simulated| simulated.measurement != index) {
+            let message = format!("the scenario `{}` has no measurement `{name}`", scenario.name);
+            mistakes.push(Diagnostic::error(Code::UnknownMeasurement, message));
+        }
+    }
+    Some((scenario?, numbers))
 }
 
 /// A parameter, and the value it is held at: `P` or `P=V`. A member's key may contain the sign, as in `socket[a=b].x=1`.
@@ -91,21 +114,74 @@ pub(super) enum Weighting {
     Unit,
     /// by the declared sigmas of the residuals
     Sigma,
-    /// by the sigmas of the inputs (not yet)
+    /// by the declared sigmas of the inputs, and of the residuals: errors in variables
     Propagated,
 }
 
 impl Weighting {
-    pub(super) fn available(self) -> Result<Weights, Box<Diagnostic>> {
+    pub(super) fn weights(self) -> Weights {
         match self {
-            Weighting::Unit => Ok(Weights::Unit),
-            Weighting::Sigma => Ok(Weights::Sigma),
-            Weighting::Propagated => {
-                let message = "there are no weights propagated from the inputs' sigmas yet";
-                let hint = "use `--weights unit`, or `--weights sigma` with sigmas of the residuals";
-                Err(Box::new(Diagnostic::error(Code::NotAvailable, message).hint(hint)))
-            }
+            Weighting::Unit => Weights::Unit,
+            Weighting::Sigma => Weights::Sigma,
+            Weighting::Propagated => Weights::Propagated,
         }
+    }
+}
+
+/// What large residuals count.
+#[derive(Debug, Args)]
+pub(super) struct Robustness {
+    /// What large residuals count, perhaps with its tuning constant, such as huber or tukey:4.685 [default: their squares]
+    #[arg(long, value_name = "NAME[:K]")]
+    pub(super) loss: Option<String>,
+    /// Of what it is a function
+    #[arg(long, value_enum, default_value_t = LossOfArgument::Row, requires = "loss")]
+    loss_of: LossOfArgument,
+    /// By which scale it measures them
+    #[arg(long, value_enum, default_value_t = LossScale::Declared, requires = "loss")]
+    loss_scale: LossScale,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum LossOfArgument {
+    /// all residuals of a row together
+    Row,
+    /// each corrected input
+    Input,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum LossScale {
+    /// the declared standard deviations
+    Declared,
+    /// the middle of the residuals
+    Estimated,
+}
+
+impl Robustness {
+    pub(super) fn robust(&self) -> Result<Option<Robust>, Box<Diagnostic>> {
+        let Some(text) = &self.loss else { return Ok(None) };
+        let (name, tuning) = match text.split_once(':') {
+            Some((name, tuning)) => (name, Some(tuning)),
+            None => (text.as_str(), None),
+        };
+        let names: Vec<&str> = Kernel::ALL.iter().map(|kernel| kernel.name()).collect();
+        let kernel = Kernel::from_name(name).ok_or_else(|| {
+            let found = Diagnostic::error(Code::UnknownVariant, format!("there is no loss `{name}`"));
+            Box::new(found.maybe_hint(did_you_mean(name, "losses", &names)))
+        })?;
+        let wrong =
+            |why: String| Box::new(Diagnostic::error(Code::NotPositive, why).hint("write it as in `huber:1.345`"));
+        let tuning = match tuning {
+            Some(text) => Some(text.parse::<f64>().map_err(|_| wrong(format!("`{text}` is not a number")))?),
+            None => None,
+        };
+        let loss = Loss::new(kernel, tuning).map_err(|error| wrong(error.to_string()))?;
+        let of = match self.loss_of {
+            LossOfArgument::Row => LossOf::Row,
+            LossOfArgument::Input => LossOf::Input,
+        };
+        Ok(Some(Robust { loss, of, estimated: self.loss_scale == LossScale::Estimated }))
     }
 }
 

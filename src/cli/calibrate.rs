@@ -5,14 +5,15 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
-use super::arguments::{Chosen, Solver, Weighting, collect, data};
+use super::arguments::{Chosen, Robustness, Solver, Weighting, collect, data};
+use super::observations::write_observations;
 use super::progress::Progress;
 use super::{Format, Outcome, pretty};
 use crate::data::Output;
 use crate::diag::Diagnostics;
 use crate::problem::{Execution, Options};
-use crate::report::fit_text;
-use crate::session::{Choice, Session, Values, calibrate};
+use crate::report::{fit_text, hold_out_json, hold_out_text};
+use crate::session::{Choice, Procedure, Session, Values, calibrate_by, hold_out};
 use crate::simd::InstructionSet;
 
 #[derive(Debug, Args)]
@@ -25,7 +26,7 @@ pub(super) struct Calibrate {
     /// How to search for the minimum
     #[arg(long, value_enum, default_value_t = Solver::Lm)]
     solver: Solver,
-    /// How residuals are weighted [default: sigma where every residual has one, else unit]
+    /// How residuals are weighted [default: propagated where inputs carry sigmas, sigma where residuals do, else unit]
     #[arg(long, value_enum)]
     weights: Option<Weighting>,
     #[command(flatten)]
@@ -36,6 +37,20 @@ pub(super) struct Calibrate {
     /// Threads; 0 is as many as there are cores. The result is the same for any number
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
+    #[command(flatten)]
+    loss: Robustness,
+    /// Take out the row with the worst suspect and fit again, until there is none
+    #[arg(long)]
+    snoop: bool,
+    /// Estimate how large the errors of each group of inputs are
+    #[arg(long)]
+    variance_components: bool,
+    /// Fit K times without every K-th row, and say how well those are predicted
+    #[arg(long, value_name = "K")]
+    folds: Option<usize>,
+    /// Write every observation, adjusted and tested, as DIR/M.csv
+    #[arg(long, value_name = "DIR")]
+    observations: Option<PathBuf>,
     /// Write the fit as JSON
     #[arg(long, value_name = "FIT.json")]
     out: Option<PathBuf>,
@@ -45,7 +60,8 @@ impl Calibrate {
     pub(super) fn run(self, format: Format) -> Result<Outcome, Diagnostics> {
         let mut mistakes = Diagnostics::new();
         collect(self.solver.available(), &mut mistakes);
-        let weights = self.weights.and_then(|weights| collect(weights.available(), &mut mistakes));
+        let weights = self.weights.map(Weighting::weights);
+        let robust = collect(self.loss.robust(), &mut mistakes).flatten();
         let start = self.start.as_deref().and_then(|file| collect(Values::read(file), &mut mistakes));
         let session = match Session::open(&self.model, &[]) {
             Ok(session) if !mistakes.has_errors() => session,
@@ -56,14 +72,23 @@ impl Calibrate {
             }
         };
         let execution = Execution::new(InstructionSet::detect(), self.threads);
-        let options = Options { weights, selection: self.chosen.selection(start.as_ref()), execution };
+        let selection = self.chosen.selection(start.as_ref());
+        let options = Options { weights, selection, robust, execution, ..Options::default() };
         let choice = Choice { files: self.data.clone(), ..Choice::default() };
         let bound = session.bind(&choice, &options)?;
         let out = self.out.as_deref().map(Output::open).transpose().map_err(|found| Diagnostics::from(*found))?;
 
         let progress = Progress::new();
-        let mut calibration = calibrate(&bound, &|iteration, cost| progress.tell(iteration, cost))?;
+        let procedure = self.procedure();
+        let tell = |iteration, cost| progress.tell(iteration, cost);
+        let (mut calibration, problem) = calibrate_by(&bound, &procedure, &tell)?;
         drop(progress);
+        if let Some(directory) = &self.observations {
+            write_observations(directory, &problem, &calibration.fit)?;
+        }
+        let held_out = self.folds.map(|folds| hold_out(&bound.problem, &procedure, folds, &calibration.fit.point));
+        let held_out = held_out.transpose().map_err(|found| Diagnostics::from(*found))?;
+        calibration.file.hold_out = held_out.as_ref().map_or(Value::Null, hold_out_json);
         let options = self.options(calibration.fit.weights.name());
         calibration.file.provenance.insert("options".into(), options);
         let fit = &calibration.fit;
@@ -71,8 +96,17 @@ impl Calibrate {
         if let Some(out) = out {
             out.finish(|out| out.write_all(pretty(&json()).as_bytes())).map_err(|found| Diagnostics::from(*found))?;
         }
-        let outcome = Outcome::new(format, || fit_text(fit, &bound), json);
+        let outcome = Outcome::new(
+            format,
+            || fit_text(fit, &bound) + &held_out.as_ref().map_or(String::new(), hold_out_text),
+            json,
+        );
         Ok(outcome.trusted(fit.verdict().trustworthy()).warned(fit.warnings.clone()))
+    }
+
+    fn procedure(&self) -> Procedure {
+        let (snoop, variance_components) = (self.snoop, self.variance_components);
+        Procedure { snoop, variance_components, test_all: self.observations.is_some() }
     }
 
     /// What was asked for, as the fit file keeps it.
@@ -83,6 +117,9 @@ impl Calibrate {
             "fix": self.chosen.fix.iter().map(|(name, value)| json!({"name": name, "value": value})).collect::<Vec<_>>(),
             "free": self.chosen.free,
             "start": self.start,
+            "loss": self.loss.loss,
+            "snoop": self.snoop,
+            "variance_components": self.variance_components,
         })
     }
 }

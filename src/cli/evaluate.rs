@@ -7,10 +7,11 @@ use clap::Args;
 use super::arguments::data;
 use super::{Format, Outcome};
 use crate::diag::{Code, Diagnostic, Diagnostics};
-use crate::evaluate::{Members, evaluate, point, unseen};
+use crate::evaluate::{Estimated, Members, evaluate, point, uncertainties, unseen};
+use crate::fit::{Fit, JointUncertainty, Stated};
 use crate::model::DataRole;
-use crate::problem::{Options, Selection, Undefined, Weights};
-use crate::report::{evaluation_json, evaluation_text};
+use crate::problem::{Options, Problem, Selection, Undefined, Weights};
+use crate::report::{Predicted, evaluation_json, evaluation_text};
 use crate::session::{Choice, Session, Values, failed};
 
 #[derive(Debug, Args)]
@@ -36,10 +37,11 @@ impl Evaluate {
         let session = Session::open(&self.model, &self.expr)?;
         let values = self.fit.as_deref().map(Values::read).transpose().map_err(|found| Diagnostics::from(*found))?;
         let given = values.as_ref().map(|values| values.values.clone()).unwrap_or_default();
+        let stated = values.as_ref().map(|values| values.uncertainty(&session)).transpose();
+        let stated = stated.map_err(|found| Diagnostics::from(*found))?;
         let weights = match values.as_ref().and_then(|v| v.member("weights")).and_then(|name| name.as_str()) {
-            Some("unit") => Some(Weights::Unit),
-            Some("sigma") => Some(Weights::Sigma),
-            _ => None,
+            Some(name) => Weights::ALL.into_iter().find(|weights| weights.name() == name),
+            None => None,
         };
         let selection = Selection { start: given.clone(), ..Selection::default() };
         let options = Options { weights, selection, ..Options::default() };
@@ -60,6 +62,10 @@ impl Evaluate {
             Members::estimate(problem, point, coordinates).map_err(|error| stop(failed(error)))?
         };
         let evaluation = evaluate(problem, &members.point).map_err(|Undefined(found)| stop(*found))?;
+        let estimated = estimated(problem, stated.as_ref(), members.fit.as_ref());
+        let measurements =
+            uncertainties(problem, &members.point, &estimated).map_err(|Undefined(found)| stop(*found))?;
+        let predicted = Predicted { stated, measurements };
 
         let fit = members.fit.as_ref();
         let mut warnings = std::mem::take(&mut bound.warnings);
@@ -72,9 +78,30 @@ impl Evaluate {
         let trustworthy = fit.is_none_or(|fit| fit.status.converged() && fit.parameters.iter().all(|p| p.estimable));
         let outcome = Outcome::new(
             format,
-            || evaluation_text(&evaluation, fit, &bound, values.as_ref()),
-            || evaluation_json(&evaluation, fit, &bound, values.as_ref(), &warnings),
+            || evaluation_text(&evaluation, &predicted, fit, &bound, values.as_ref()),
+            || evaluation_json(&evaluation, &predicted, fit, &bound, values.as_ref(), &warnings),
         );
         Ok(outcome.trusted(trustworthy).warned(warnings))
     }
+}
+
+/// How well the values are known: those of the file, and those of family members estimated for these data.
+fn estimated(problem: &Problem, stated: Option<&Stated>, members: Option<&Fit>) -> Vec<Estimated> {
+    let anew: Vec<&str> = members.iter().flat_map(|fit| &fit.parameters).map(|p| p.name.as_str()).collect();
+    let given = |c: &usize| !anew.contains(&problem.layout.coordinates[*c].name.as_str());
+    let calibration = stated.map(|stated| match stated {
+        Stated::Known(known) => Estimated::new(problem, "calibration", known),
+        Stated::Unknown(_) => {
+            Estimated::unstated(problem, "calibration", problem.free.iter().copied().filter(given).collect())
+        }
+    });
+    let members = members.map(|fit| match fit.status.converged() {
+        true => Estimated::new(problem, "members", &JointUncertainty::of(fit)),
+        false => Estimated::unstated(
+            problem,
+            "members",
+            fit.parameters.iter().filter_map(|p| problem.layout.find(&p.name)).collect(),
+        ),
+    });
+    calibration.into_iter().chain(members).collect()
 }

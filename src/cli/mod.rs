@@ -12,9 +12,12 @@
 mod arguments;
 mod calibrate;
 mod check;
+mod compare;
+mod coverage;
 mod evaluate;
 mod explain;
 mod jacobian;
+mod observations;
 mod progress;
 mod simulate;
 
@@ -56,10 +59,14 @@ enum Command {
     Simulate(simulate::Simulate),
     /// Fit a model to its data
     Calibrate(calibrate::Calibrate),
+    /// Simulate and fit many times: are the stated uncertainties true?
+    Coverage(coverage::Coverage),
     /// Print residuals and their derivatives by parameters and inputs
     Jacobian(jacobian::Jacobian),
     /// Residuals and derived quantities at given values, on any data
     Evaluate(evaluate::Evaluate),
+    /// Compare two fits: does freeing a parameter pay, and do they agree?
+    Compare(compare::Compare),
     /// Explain a code such as E012
     Explain(explain::Explain),
 }
@@ -70,8 +77,10 @@ impl Command {
             Command::Check(command) => command.run(format),
             Command::Simulate(command) => command.run(format),
             Command::Calibrate(command) => command.run(format),
+            Command::Coverage(command) => command.run(format),
             Command::Jacobian(command) => command.run(format),
             Command::Evaluate(command) => command.run(format),
+            Command::Compare(command) => command.run(format),
             Command::Explain(command) => Ok(command.run(format)),
         }
     }

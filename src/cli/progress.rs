@@ -1,6 +1,7 @@
 //! A line on the terminal while a fit takes long.
 
 use std::cell::RefCell;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -44,6 +45,35 @@ impl Progress {
         });
         bar.set_message(format!("iteration {iteration}, cost {cost:.6e}"));
         bar.tick();
+    }
+}
+
+/// How many of a known number of runs are done, and how long the others will take; told from any thread.
+pub(super) struct Counted {
+    begun: Instant,
+    shown: AtomicBool,
+    bar: ProgressBar,
+}
+
+impl Counted {
+    pub(super) fn new(all: u64, what: &'static str) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(all), ProgressDrawTarget::hidden()).with_message(what);
+        let style = ProgressStyle::with_template("{msg} {pos} of {len} [{elapsed}, {eta} left]");
+        let bar = bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        Counted { begun: Instant::now(), shown: AtomicBool::new(false), bar }
+    }
+
+    pub(super) fn tell(&self) {
+        if self.begun.elapsed() >= PATIENCE && !self.shown.swap(true, Ordering::Relaxed) {
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        self.bar.inc(1);
+    }
+}
+
+impl Drop for Counted {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
     }
 }
 

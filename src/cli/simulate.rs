@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Map, Value, json};
 
-use super::arguments::{collect, rows};
+use super::arguments::{rows, scenario_rows};
 use super::progress::Progress;
 use super::{Format, Outcome, pretty};
 use crate::data::{self, Output, make_directory};
@@ -42,21 +42,12 @@ impl Simulate {
         let session = Session::open(&self.model, &[])?;
         let program = &session.program;
         let mut mistakes = session.warnings.clone();
-        let scenario = collect(session.scenario(self.scenario.as_deref()), &mut mistakes);
-        let mut options = Options { rows: Vec::new(), seed: self.seed, exact: self.exact };
-        for (name, number) in &self.rows {
-            let Some(index) = collect(session.measurement(name), &mut mistakes) else { continue };
-            options.rows.push((index, *number));
-            let Some(scenario) = scenario else { continue };
-            if scenario.measurements.iter().all(|simulated| simulated.measurement != index) {
-                let message = format!("the scenario `{}` has no measurement `{name}`", scenario.name);
-                mistakes.push(Diagnostic::error(Code::UnknownMeasurement, message));
-            }
-        }
-        let scenario = match scenario {
-            Some(scenario) if !mistakes.has_errors() => scenario,
+        let asked = scenario_rows(&session, self.scenario.as_deref(), &self.rows, &mut mistakes);
+        let (scenario, rows) = match asked {
+            Some(asked) if !mistakes.has_errors() => asked,
             _ => return Err(mistakes),
         };
+        let options = Options { rows, seed: self.seed, exact: self.exact };
         let rows = options.rows.iter().map(|(_, rows)| *rows).chain(scenario.measurements.iter().map(|s| s.rows));
         let working = Progress::working(rows.max().unwrap_or(0) > LONG, "simulating");
         let simulated = simulate(program, scenario, &options).map_err(|found| Diagnostics::from(*found))?;

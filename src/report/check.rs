@@ -8,7 +8,7 @@ use super::count;
 use super::fit::unit;
 use super::number::significant;
 use super::table::{Align, Grid};
-use crate::compile::{Measurement, Parameter, Program, Role, Setting};
+use crate::compile::{Measurement, Parameter, Program, Role, Setting, Sigma};
 use crate::diag;
 use crate::problem;
 use crate::session::Session;
@@ -144,14 +144,15 @@ fn measurement_json(session: &Session, m: &Measurement) -> Value {
         .map(|(k, input)| {
             let in_column = |value: f64| units.from_internal(value, input.unit);
             json!({
-                "name": input.name, "unit": column_unit(session, m, k), "sigma": input.sigma.map(in_column),
-                "bias": in_column(input.bias), "default": input.default.map(in_column),
+                "name": input.name, "unit": column_unit(session, m, k), "sigma": input.sigma.and_then(Sigma::constant).map(in_column),
+                "sigma_by_row": matches!(input.sigma, Some(Sigma::PerRow(_))), "group": input.group, "bias": in_column(input.bias), "default": input.default.map(in_column),
             })
         })
         .collect();
     let residual = |r: &crate::compile::Residual| {
-        let sigma = r.sigma.map(|sigma| units.to_reported(sigma, r.dimension));
-        json!({ "name": r.name, "unit": units.symbol(r.dimension), "sigma": sigma })
+        let sigma = r.sigma.and_then(Sigma::constant).map(|sigma| units.to_reported(sigma, r.dimension));
+        let by_row = matches!(r.sigma, Some(Sigma::PerRow(_)));
+        json!({ "name": r.name, "unit": units.symbol(r.dimension), "sigma": sigma, "sigma_by_row": by_row })
     };
     json!({
         "name": m.name,
@@ -236,7 +237,10 @@ fn measurement_text(session: &Session, m: &Measurement) -> String {
     for (k, input) in m.inputs.iter().enumerate() {
         let column = column_unit(session, m, k);
         let sigma = match input.sigma {
-            Some(sigma) => format!("{column} ± {}", significant(units.from_internal(sigma, input.unit), 4)),
+            Some(Sigma::Constant(sigma)) => {
+                format!("{column} ± {}", significant(units.from_internal(sigma, input.unit), 4))
+            }
+            Some(Sigma::PerRow(_)) => format!("{column} ± by row"),
             None => unit(&column).to_owned(),
         };
         grid.row(["input", &input.name, &sigma]);
@@ -244,7 +248,10 @@ fn measurement_text(session: &Session, m: &Measurement) -> String {
     for residual in &m.residuals {
         let symbol = units.symbol(residual.dimension);
         let sigma = match residual.sigma {
-            Some(sigma) => format!("{symbol} ± {}", significant(units.to_reported(sigma, residual.dimension), 4)),
+            Some(Sigma::Constant(sigma)) => {
+                format!("{symbol} ± {}", significant(units.to_reported(sigma, residual.dimension), 4))
+            }
+            Some(Sigma::PerRow(_)) => format!("{symbol} ± by row"),
             None => unit(&symbol).to_owned(),
         };
         grid.row(["residual", &residual.name, &sigma]);

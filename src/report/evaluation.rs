@@ -6,10 +6,11 @@ use serde_json::{Map, Value, json};
 
 use super::count;
 use super::fit::{direction, estimates, rows, unit};
-use super::number::{rounded, significant};
+use super::number::{rounded, significant, with_sigma};
 use super::table::{Align, Grid};
+use super::uncertainty::{self, Predicted};
 use crate::diag;
-use crate::evaluate::{Evaluated, Evaluation, Statistics};
+use crate::evaluate::{Column, Evaluated, Evaluation, Statistics, Uncertainties, Uncertainty};
 use crate::fit::Fit;
 use crate::session::{Bound, Values};
 
@@ -17,24 +18,18 @@ use crate::session::{Bound, Values};
 const MOST_ROWS: usize = 50;
 
 /// Where the values come from, in words, and what is to be said of it.
-fn origin(bound: &Bound, values: Option<&Values>) -> (String, Vec<String>) {
-    let Some(values) = values else { return ("the nominal values".into(), Vec::new()) };
-    let mut notes = Vec::new();
+fn origin(bound: &Bound, values: Option<&Values>, predicted: &Predicted) -> (String, Vec<String>) {
+    let mut notes: Vec<String> = predicted.note().into_iter().collect();
+    let Some(values) = values else { return ("the nominal values".into(), notes) };
     if values.member("trustworthy").and_then(Value::as_bool) == Some(false) {
         let reasons = values.member("verdict").and_then(Value::as_array).into_iter().flatten();
         let reasons: Vec<&str> = reasons.filter_map(Value::as_str).collect();
         notes.push(format!("the fit is not trustworthy: {}", reasons.join("; ")));
     }
-    if same_model(bound, values) == Some(false) {
+    if values.same_model(bound.session) == Some(false) {
         notes.push("the fit was made from another model file, or this one has changed since".into());
     }
     (format!("the values of {}", values.file), notes)
-}
-
-/// Whether a fit is of this very model; none where the file does not say.
-fn same_model(bound: &Bound, values: &Values) -> Option<bool> {
-    let made_from = values.member("provenance")?.get("model_fingerprint")?.as_str()?;
-    Some(made_from == bound.session.fingerprint)
 }
 
 /// The first sentence: whether what had to be estimated for it can be trusted.
@@ -51,15 +46,16 @@ fn verdict(members: Option<&Fit>) -> String {
     }
 }
 
-/// An evaluation as text. `members` is the fit of those family members that were estimated for it.
+/// An evaluation as text. `predicted` are the uncertainties of its outputs, `members` is the fit of those family members that were estimated for it.
 pub fn evaluation_text(
     evaluation: &Evaluation,
+    predicted: &Predicted,
     members: Option<&Fit>,
     bound: &Bound,
     values: Option<&Values>,
 ) -> String {
     let mut out = format!("{}\n\n", verdict(members));
-    let (origin, notes) = origin(bound, values);
+    let (origin, notes) = origin(bound, values, predicted);
     let _ = writeln!(out, "{} ({}) at {origin}", bound.session.program.name, bound.session.path.display());
     for used in &bound.files {
         let _ = writeln!(out, "  {}", rows(used));
@@ -74,12 +70,14 @@ pub fn evaluation_text(
             let _ = writeln!(out, "  {}", direction(found));
         }
     }
-    for measured in &evaluation.measurements {
+    for (measured, uncertainties) in evaluation.measurements.iter().zip(&predicted.measurements) {
         let _ = writeln!(out, "\n{}: {}", measured.name, count(measured.rows, "row", "rows"));
         out.push_str(&statistics(measured));
         if !measured.outputs.is_empty() {
             out.push('\n');
-            out.push_str(&outputs(measured));
+            out.push_str(&outputs(measured, uncertainties));
+            out.push('\n');
+            out.push_str(&uncertainty::text(measured, uncertainties));
         }
     }
     out
@@ -122,27 +120,51 @@ fn statistics(measured: &Evaluated) -> String {
     grid.text("  ")
 }
 
-fn outputs(measured: &Evaluated) -> String {
+/// The values of each row, with their standard uncertainties where any row has one.
+fn outputs(measured: &Evaluated, uncertainties: &Uncertainties) -> String {
+    let columns: Vec<(&Column, Option<&Uncertainty>)> = measured
+        .outputs
+        .iter()
+        .zip(&uncertainties.outputs)
+        .map(|(column, uncertainty)| (column, Some(uncertainty).filter(|u| u.rms.is_some())))
+        .collect();
     let mut align = vec![Align::Right];
     align.extend(measured.keys.iter().map(|_| Align::Left));
-    align.extend(measured.outputs.iter().map(|_| Align::Right));
-    let mut grid = Grid::new(&align);
-    let heading = measured.outputs.iter().map(|column| match unit(&column.unit) {
-        "" => column.name.clone(),
-        symbol => format!("{} [{symbol}]", column.name),
-    });
-    let keys = measured.keys.iter().map(|(name, _)| name.clone());
-    grid.row(["row".to_owned()].into_iter().chain(keys).chain(heading));
-    for row in 0..measured.rows.min(MOST_ROWS) {
-        let keys = measured.keys.iter().map(|(_, names)| names[row].clone());
-        let values = measured.outputs.iter().map(|column| significant(column.values[row], 9));
-        grid.row([(row + 1).to_string()].into_iter().chain(keys).chain(values));
+    for (_, uncertainty) in &columns {
+        align.push(Align::Right);
+        align.extend(uncertainty.map(|_| Align::Left));
     }
-    let blank = || measured.keys.iter().map(|_| String::new());
-    let means = measured.outputs.iter().map(|column| significant(column.statistics.mean, 9));
-    let deviations = measured.outputs.iter().map(|c| c.statistics.sd.map_or("-".into(), |sd| rounded(sd, 4)));
-    grid.row(["mean".to_owned()].into_iter().chain(blank()).chain(means));
-    grid.row(["sd".to_owned()].into_iter().chain(blank()).chain(deviations));
+    let mut grid = Grid::new(&align);
+    // a value, and beside it what stands behind it
+    let mut line = |first: String, keys: Vec<String>, cells: &dyn Fn(&Column, Option<&Uncertainty>) -> [String; 2]| {
+        let cells = columns.iter().flat_map(|(column, uncertainty)| {
+            let [value, sigma] = cells(column, *uncertainty);
+            [Some(value), uncertainty.map(|_| sigma)]
+        });
+        grid.row([first].into_iter().chain(keys).chain(cells.flatten()));
+    };
+    let keys = measured.keys.iter().map(|(name, _)| name.clone()).collect();
+    line("row".into(), keys, &|column, _| match unit(&column.unit) {
+        "" => [column.name.clone(), String::new()],
+        symbol => [format!("{} [{symbol}]", column.name), String::new()],
+    });
+    for row in 0..measured.rows.min(MOST_ROWS) {
+        let keys = measured.keys.iter().map(|(_, names)| names[row].clone()).collect();
+        line((row + 1).to_string(), keys, &|column, uncertainty| match uncertainty
+            .and_then(|uncertainty| uncertainty.sigma[row])
+        {
+            Some(sigma) => {
+                let (value, sigma) = with_sigma(column.values[row], sigma);
+                [value, format!("± {sigma}")]
+            }
+            None => [significant(column.values[row], 9), String::new()],
+        });
+    }
+    let blank = || measured.keys.iter().map(|_| String::new()).collect();
+    line("mean".into(), blank(), &|column, _| [significant(column.statistics.mean, 9), String::new()]);
+    line("sd".into(), blank(), &|column, _| {
+        [column.statistics.sd.map_or("-".into(), |sd| rounded(sd, 4)), String::new()]
+    });
     let mut out = grid.text("  ");
     if measured.rows > MOST_ROWS {
         let _ = writeln!(out, "  rows after {MOST_ROWS} are not shown; `--format json` has all");
@@ -153,6 +175,7 @@ fn outputs(measured: &Evaluated) -> String {
 /// An evaluation as JSON.
 pub fn evaluation_json(
     evaluation: &Evaluation,
+    predicted: &Predicted,
     members: Option<&Fit>,
     bound: &Bound,
     values: Option<&Values>,
@@ -172,10 +195,11 @@ pub fn evaluation_json(
         object
     };
     let mut measurements = Map::new();
-    for m in &evaluation.measurements {
-        let outputs = m.outputs.iter().map(|c| {
+    for (m, uncertainties) in evaluation.measurements.iter().zip(&predicted.measurements) {
+        let outputs = m.outputs.iter().zip(&uncertainties.outputs).map(|(c, uncertainty)| {
             json!({
                 "name": c.name, "unit": c.unit, "mean": c.statistics.mean, "sd": c.statistics.sd, "values": c.values,
+                "uncertainty": uncertainty::json(uncertainty),
             })
         });
         let residuals = m.residuals.iter().zip(&m.residual_values).map(|(residual, values)| {
@@ -190,6 +214,7 @@ pub fn evaluation_json(
             "vectors": m.vectors.iter().map(named).collect::<Vec<_>>(),
             "keys": keys,
             "outputs": outputs.collect::<Vec<_>>(),
+            "covariance": uncertainties.covariance.as_ref().filter(|_| !m.outputs.is_empty()),
         });
         measurements.insert(m.name.clone(), value);
     }
@@ -209,11 +234,11 @@ pub fn evaluation_json(
         .iter()
         .map(|f| json!({ "measurement": f.measurement, "file": f.file, "fingerprint": f.fingerprint, "rows": f.rows }))
         .collect();
-    let (_, notes) = origin(bound, values);
+    let (_, notes) = origin(bound, values, predicted);
     json!({
         "name": bound.session.program.name,
         "verdict": verdict(members),
-        "values": values.map(|values| json!({ "file": values.file, "same_model": same_model(bound, values) })),
+        "values": values.map(|values| json!({ "file": values.file, "same_model": values.same_model(bound.session) })),
         "notes": notes,
         "data": data,
         "estimated": estimated,

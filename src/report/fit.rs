@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::count;
 use super::number::{rounded, significant, with_sigma};
 use super::table::{Align, Grid};
-use crate::fit::{Estimate, Fit};
+use crate::fit::{Confidence, Estimate, Fit};
 use crate::problem::Weights;
 use crate::session::{Bound, UsedFile};
 
@@ -65,6 +65,23 @@ pub fn fit_text(fit: &Fit, bound: &Bound) -> String {
             significant(chi.upper_tail, 2)
         );
     }
+    if let Some(found) = &fit.lack_of_fit {
+        let _ = writeln!(
+            out,
+            "  lack of fit: F {} against {} of repeated rows, probability of more {}",
+            significant(found.test.statistic, 4),
+            count(found.pure.dof, "degree of freedom", "degrees of freedom"),
+            significant(found.test.upper_tail, 2)
+        );
+    }
+    if let Some(robust) = &fit.robust {
+        let rejected = count(fit.rejected, "row", "rows");
+        let _ = writeln!(out, "  loss {robust}: {rejected} without weight");
+    }
+    if fit.redundant > 0 {
+        let equations = count(fit.redundant, "equation", "equations");
+        let _ = writeln!(out, "  {equations} left out, for others of their rows say the same");
+    }
     if !fit.parameters.is_empty() {
         let _ = writeln!(out, "\nParameters ({})", uncertainty(fit));
         out.push_str(&estimates(&fit.parameters));
@@ -89,14 +106,21 @@ pub fn fit_text(fit: &Fit, bound: &Bound) -> String {
         grid.row([name.clone(), rounded(*rms, 4), unit(symbol).to_owned()]);
     }
     out.push_str(&grid.text("  "));
+    out.push_str(&super::observations::text(fit));
     out
 }
 
 /// What the sigmas are.
-fn uncertainty(fit: &Fit) -> &'static str {
-    match fit.weights {
+fn uncertainty(fit: &Fit) -> String {
+    let of = match fit.weights {
         Weights::Unit => "standard uncertainties from the scatter of the residuals",
         Weights::Sigma => "standard uncertainties from the declared sigmas",
+        Weights::Propagated => "standard uncertainties from the declared sigmas of the readings",
+    };
+    let Confidence { level, factor, .. } = fit.confidence;
+    match factor.is_finite() {
+        true => format!("{of}; times {} for {} %", significant(factor, 3), significant(100.0 * level, 3)),
+        false => of.to_owned(),
     }
 }
 

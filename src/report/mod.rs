@@ -2,18 +2,27 @@
 //! text or value, and the caller decides where it goes.
 
 mod check;
+mod comparison;
+mod coverage;
 mod evaluation;
 mod fit;
+mod hold_out;
 mod jacobian;
 mod number;
+mod observations;
 mod table;
+mod uncertainty;
 
 pub use check::{check_json, check_text};
+pub use comparison::{comparison_json, comparison_text};
+pub use coverage::{coverage_json, coverage_text, coverage_verdict};
 pub use evaluation::{evaluation_json, evaluation_text};
 pub use fit::{direction, fit_text, verdict};
+pub use hold_out::{hold_out_json, hold_out_text};
 pub use jacobian::{jacobian_json, jacobian_text};
 pub use number::{rounded, significant, with_sigma};
 pub use table::{Align, Grid};
+pub use uncertainty::Predicted;
 
 /// `one row`, `300 rows`.
 fn count(number: usize, one: &str, many: &str) -> String {
