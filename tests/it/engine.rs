@@ -5,7 +5,7 @@ use std::process::Command;
 
 use phical::data::Table;
 use phical::linalg::{Matrix, SquareRootInformation};
-use phical::problem::{At, Execution, Options, Problem, Rows, Selection};
+use phical::problem::{Execution, Options, Problem, Rows, Selection, Weights};
 use phical::session::{Choice, Session};
 use phical::simd::InstructionSet;
 use phical::simulate::simulate;
@@ -16,7 +16,7 @@ use crate::flagship::{Flagship, compiled, flagship};
 use crate::shared::project;
 
 /// RᵀR, Jᵀr and rᵀr, each entry by the length of its columns.
-fn normal(information: &SquareRootInformation) -> Vec<f64> {
+pub fn normal(information: &SquareRootInformation) -> Vec<f64> {
     let gram = information.r().transpose().mul(information.r());
     let lengths: Vec<f64> = (0..gram.rows()).map(|j| gram[(j, j)].sqrt().max(f64::MIN_POSITIVE)).collect();
     let residual = (2.0 * information.cost()).sqrt().max(f64::MIN_POSITIVE);
@@ -63,6 +63,12 @@ fn models() -> Vec<&'static str> {
         "ur5_pendant",
         "positioner_camera",
         "panda_sockets",
+        "shared_errors",
+        "published/york_line",
+        "published/levelling_net",
+        "published/trilateration",
+        "published/new_point_by_angles",
+        "published/point_in_space",
         "nist/Misra1a",
         "nist/Gauss3",
         "nist/Roszman1",
@@ -78,18 +84,20 @@ fn every_shipped_model_is_the_same_by_dual_numbers() {
     for name in models() {
         let session = Session::open(&project(&format!("models/{name}/model.ron")), &[]).expect("it compiles");
         for set in InstructionSet::available() {
-            let options = Options { execution: Execution::new(set, 1), ..Options::default() };
+            // what readings carry into residuals has tests of its own
+            let (weights, execution) = (Some(Weights::Unit), Execution::new(set, 1));
+            let options = Options { weights, execution, ..Options::default() };
             let Ok(bound) = session.bind(&Choice::default(), &options) else {
                 eprintln!("SKIPPED: the data of {name} are not present");
                 break;
             };
             let problem = &bound.problem;
             let point = beside(problem);
-            let found = problem.information(&point, At::Observed, Rows::All).expect("defined");
+            let found = problem.linearised(&point).expect("defined").information;
             let what = format!("{name}, {}", set.name());
             close(&normal(&found), &normal(&by_duals(problem, &point)), 1e-11, &what);
             let cost = 2.0 * found.cost();
-            close(&[problem.sum_of_squares(&point).expect("defined")], &[cost], 1e-12, &what);
+            close(&[problem.sums(&point).expect("defined").squares], &[cost], 1e-12, &what);
             compared += 1;
         }
     }
@@ -100,7 +108,7 @@ fn every_shipped_model_is_the_same_by_dual_numbers() {
 fn lines(flagship: &Flagship, rows: usize) -> Table {
     let options = phical::simulate::Options { rows: vec![(0, 500)], ..Default::default() };
     let simulated = simulate(&flagship.0, &flagship.0.scenarios[0], &options).expect("it simulates");
-    let mut table = Table::new(0, 9);
+    let mut table = Table::new(0, flagship.width());
     (0..rows).for_each(|row| table.push(&[], &simulated.tables[0].1.row(row % 500), None));
     table
 }
@@ -119,9 +127,9 @@ fn any_number_of_threads_gives_the_same_bits() {
     let problems: Vec<Problem> = [1, 2, 3, 0].map(|threads| bind(&flagship, table.clone(), threads, &["L1.b"])).into();
     let point = beside(&problems[0]);
     let all = |problem: &Problem| {
-        let observed = problem.information(&point, At::Observed, Rows::All).expect("defined");
-        let consistent = problem.information(&point, At::Consistent, Rows::All).expect("defined");
-        (observed, consistent, problem.sum_of_squares(&point).expect("defined"))
+        let observed = problem.linearised(&point).expect("defined").information;
+        let consistent = problem.at_consistent_inputs(&point, Rows::All).expect("defined");
+        (observed, consistent, problem.sums(&point).expect("defined").squares)
     };
     let one = all(&problems[0]);
     for problem in &problems[1..] {
@@ -131,13 +139,12 @@ fn any_number_of_threads_gives_the_same_bits() {
 
 #[test]
 fn rows_that_do_not_fit_in_memory_count_as_others_do() {
-    // 120,000 rows of nine readings are more than a table keeps
+    // 120,000 rows of eleven readings are more than a table keeps
     let flagship = flagship();
     let few = bind(&flagship, lines(&flagship, 500), 1, &[]);
     let many = bind(&flagship, lines(&flagship, 120_000), 0, &[]);
     let point = beside(&few);
-    let [one, all] =
-        [&few, &many].map(|problem| problem.information(&point, At::Observed, Rows::All).expect("defined"));
+    let [one, all] = [&few, &many].map(|problem| problem.linearised(&point).expect("defined").information);
     let mut expected = normal(&one);
     if let Some(residual) = expected.last_mut() {
         *residual *= 240f64.sqrt();

@@ -4,7 +4,7 @@ use phical::compile::{Program, compile};
 use phical::data::Table;
 use phical::diag::Source;
 use phical::model::load;
-use phical::problem::{Options, Problem, Selection};
+use phical::problem::{Options, Problem, Selection, Weights};
 
 use crate::close::close;
 use crate::shared::{numbers, project, shared_json};
@@ -24,13 +24,26 @@ pub fn flagship() -> Flagship {
     Flagship(compiled(&text))
 }
 
+/// The paper's readings; the inputs after them are the tilts of the bar, zero where nothing is said.
+pub const READINGS: usize = 9;
+
 impl Flagship {
-    /// The paper's 21 parameters on rows of nine readings.
+    /// How many inputs a line has.
+    pub fn width(&self) -> usize {
+        self.0.measurements[0].inputs.len()
+    }
+
+    /// The paper's 21 parameters on rows of nine readings, with the paper's weights.
     pub fn bound(&self, rows: &[f64]) -> Problem<'_> {
-        let mut table = Table::new(0, 9);
-        rows.chunks(9).for_each(|row| table.push(&[], row, None));
+        let mut table = Table::new(0, self.width());
+        for row in rows.chunks(READINGS) {
+            let mut all = row.to_vec();
+            all.resize(self.width(), 0.0);
+            table.push(&[], &all, None);
+        }
         let selection = Selection { free: vec!["L1.b".into()], ..Selection::default() };
-        Problem::bind(&self.0, vec![(0, table)], &Options { selection, ..Options::default() }).expect("it binds").0
+        let options = Options { weights: Some(Weights::Unit), selection, ..Options::default() };
+        Problem::bind(&self.0, vec![(0, table)], &options).expect("it binds").0
     }
 }
 
@@ -52,8 +65,11 @@ fn the_oracle_agrees_at_all_points() {
     assert_eq!(free, names);
     let residuals: Vec<&str> = flagship.0.measurements[0].residuals.iter().map(|r| r.name.as_str()).collect();
     assert_eq!(residuals, ["vo.x", "vo.y", "vo.z", "kci1", "kci2"]);
+    let inputs: Vec<&str> = flagship.0.measurements[0].inputs.iter().map(|input| input.name.as_str()).collect();
+    let readings: Vec<&str> = oracle["inputs"].as_array().unwrap().iter().map(|v| v.as_str().unwrap()).collect();
+    assert_eq!(inputs[..READINGS], readings);
     let flat = |value: &serde_json::Value| value.as_array().unwrap().iter().flat_map(numbers).collect::<Vec<f64>>();
-    let block = &problem.blocks[0];
+    let (block, width) = (&problem.blocks[0], flagship.width());
     let mut seen = 0;
     for (point, at) in oracle["at"].as_object().unwrap() {
         let q = numbers(&at["q"]);
@@ -66,9 +82,14 @@ fn the_oracle_agrees_at_all_points() {
             })
             .unwrap();
         block.input_jacobians(&problem.layout, &q, |row, evaluate| {
-            let (mut values, mut derivatives) = (vec![0.0; 5], vec![0.0; 45]);
+            let (mut values, mut derivatives) = (vec![0.0; 5], vec![0.0; 5 * width]);
             evaluate(&block.table.row(row), &mut values, &mut derivatives);
-            close(&derivatives, &flat(&at["dr_dx"][row]), 1e-11, &format!("{point} dr/dx {row}"));
+            let readings: Vec<f64> = derivatives.chunks(width).flat_map(|of| &of[..READINGS]).copied().collect();
+            close(&readings, &flat(&at["dr_dx"][row]), 1e-11, &format!("{point} dr/dx {row}"));
+            // p1 − p2 − length · direction: a bar that leans moves its upper end
+            let length = block.table.row(row)[READINGS - 1];
+            let tilts: Vec<f64> = derivatives.chunks(width).flat_map(|of| &of[READINGS..]).copied().collect();
+            close(&tilts, &[-length, 0.0, 0.0, -length, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-15, "tilts");
             seen += 1;
         });
     }

@@ -3,8 +3,11 @@
 #![allow(clippy::print_stderr, reason = "a skipped test says so")]
 
 mod accuracy;
+mod adjustments;
 mod cli;
 mod close;
+mod comparison;
+mod coverage;
 mod derivatives;
 mod engine;
 mod fitting;
@@ -14,10 +17,14 @@ mod laws;
 mod nist;
 mod paper;
 mod peers;
+mod prediction;
+mod propagated;
 mod published;
 mod random;
 mod readme;
 mod real;
 mod shared;
+mod shared_errors;
 mod tidy;
 mod ui;
+mod uncertainty;

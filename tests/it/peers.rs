@@ -14,7 +14,7 @@ use phical::solve::{Settings, minimise};
 use phical::unit::Dimension;
 
 use crate::close::close;
-use crate::flagship::flagship;
+use crate::flagship::{READINGS, flagship};
 use hand::{Line, PARAMETERS, RESIDUAL, Rows, WIDTH};
 
 const LINES: usize = 100;
@@ -29,7 +29,7 @@ fn entries(all: &[Rows]) -> Vec<Vec<f64>> {
 fn lines(program: &Program) -> (Vec<Line>, Vec<f64>) {
     let options = Options { rows: vec![(0, LINES)], ..Options::default() };
     let simulated = simulate(program, &program.scenarios[0], &options).expect("it simulates");
-    let row = |row| (*simulated.tables[0].1.row(row)).try_into().expect("nine readings");
+    let row = |row| simulated.tables[0].1.row(row)[..READINGS].try_into().expect("nine readings");
     ((0..LINES).map(row).collect(), simulated.truth.iter().map(|(_, value)| *value).collect())
 }
 

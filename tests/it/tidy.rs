@@ -7,7 +7,7 @@ use crate::shared::project;
 
 /// The folders of `src`, lowest first. A folder imports only from those before it.
 const LAYERS: &[&[&str]] = &[
-    &["diag", "unit", "simd"],
+    &["diag", "unit", "simd", "statistics"],
     &["graph", "linalg"],
     &["lang", "model", "eval", "solve"],
     &["compile"],
@@ -16,6 +16,7 @@ const LAYERS: &[&[&str]] = &[
     &["fit"],
     &["evaluate"],
     &["session"],
+    &["compare", "coverage"],
     &["report"],
     &["cli"],
 ];
