@@ -12,7 +12,7 @@ use phical::compile::compile;
 use phical::data::Table;
 use phical::diag::Source;
 use phical::model::load;
-use phical::problem::{Execution, Options, Problem};
+use phical::problem::{Execution, Options, Problem, Weights};
 use phical::simd::InstructionSet;
 use phical::solve::LeastSquares;
 
@@ -32,12 +32,15 @@ fn work(what: &str, passes: usize) {
     let source = Source::new("model.ron", MODEL);
     let (model, _) = load(&source).expect("it reads");
     let program = compile(&model, &source, &[]).expect("it compiles").0;
-    let mut table = Table::new(0, 9);
+    // nine readings, and tilts of zero
+    let width = program.measurements[0].inputs.len();
+    let mut table = Table::new(0, width);
     for line in 0..LINES {
-        let angle = |k: usize| 0.5 + 0.3 * ((line * 9 + k) as f64).sin();
-        table.push(&[], &std::array::from_fn::<f64, 9, _>(angle), None);
+        let reading = |k: usize| if k < 9 { 0.5 + 0.3 * ((line * 9 + k) as f64).sin() } else { 0.0 };
+        table.push(&[], &(0..width).map(reading).collect::<Vec<f64>>(), None);
     }
-    let options = Options { execution: Execution::new(InstructionSet::detect(), 1), ..Options::default() };
+    let execution = Execution::new(InstructionSet::detect(), 1);
+    let options = Options { weights: Some(Weights::Unit), execution, ..Options::default() };
     let problem = Problem::bind(&program, vec![(0, table)], &options).expect("it binds").0;
     let q = &problem.start;
     for _ in 0..passes {

@@ -23,7 +23,7 @@ use phical::compile::{Program, compile};
 use phical::data::Table;
 use phical::diag::Source;
 use phical::model::load;
-use phical::problem::{Execution, Options, Problem, Selection};
+use phical::problem::{Execution, Options, Problem, Selection, Weights};
 use phical::simd::InstructionSet;
 use phical::simulate::simulate;
 use phical::solve::{LeastSquares, Settings, minimise};
@@ -37,10 +37,16 @@ const ROUNDS: usize = 60;
 
 /// The paper's 21 parameters on lines, from the nominal values or from others.
 fn bound<'p>(program: &'p Program, lines: &[Line], start: &[(String, f64)], execution: Execution) -> Problem<'p> {
-    let mut table = Table::new(0, 9);
-    lines.iter().for_each(|line| table.push(&[], line, None));
+    // phical's lines have tilts as well, and they are zero
+    let width = program.measurements[0].inputs.len();
+    let mut table = Table::new(0, width);
+    for line in lines {
+        let mut all = line.to_vec();
+        all.resize(width, 0.0);
+        table.push(&[], &all, None);
+    }
     let selection = Selection { free: vec!["L1.b".into()], start: start.to_vec(), ..Selection::default() };
-    let options = Options { selection, execution, ..Options::default() };
+    let options = Options { weights: Some(Weights::Unit), selection, execution, ..Options::default() };
     Problem::bind(program, vec![(0, table)], &options).expect("it binds").0
 }
 
@@ -147,7 +153,7 @@ fn main() {
     let program = compile(&model, &source, &[]).expect("it compiles").0;
     let options = phical::simulate::Options { rows: vec![(0, LINES)], ..Default::default() };
     let simulated = simulate(&program, &program.scenarios[0], &options).expect("it simulates");
-    let row = |row| (*simulated.tables[0].1.row(row)).try_into().expect("nine readings");
+    let row = |row| simulated.tables[0].1.row(row)[..9].try_into().expect("nine readings");
     let lines: Vec<Line> = (0..LINES).map(row).collect();
     let built = clock::built_for();
     // phical finds wide vectors by itself; it is shown with those of its peers, and with fewer

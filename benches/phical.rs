@@ -5,10 +5,15 @@ use phical::compile::{Program, compile};
 use phical::data::Table;
 use phical::diag::Source;
 use phical::model::load;
-use phical::problem::{Execution, Options, Problem, operations};
+use phical::problem::{Execution, Options, Problem, Weights, operations};
 use phical::simd::InstructionSet;
 use phical::simulate::simulate;
 use phical::solve::{LeastSquares, Settings, minimise};
+
+/// Weights of the paper, by which stages are timed.
+fn unit() -> Options {
+    Options { weights: Some(Weights::Unit), ..Options::default() }
+}
 
 fn main() {
     divan::main();
@@ -28,7 +33,7 @@ fn table(program: &Program, rows: usize) -> Table {
     let options = phical::simulate::Options { rows: vec![(0, 1_000)], ..Default::default() };
     let simulated = simulate(program, &program.scenarios[0], &options).expect("it simulates");
     let thousand = &simulated.tables[0].1;
-    let mut table = Table::new(0, 9);
+    let mut table = Table::new(0, thousand.row(0).len());
     for row in 0..rows {
         table.push(&[], &thousand.row(row % 1_000), None);
     }
@@ -36,7 +41,7 @@ fn table(program: &Program, rows: usize) -> Table {
 }
 
 fn bound(program: &Program, rows: usize) -> Problem<'_> {
-    Problem::bind(program, vec![(0, table(program, rows))], &Options::default()).expect("it binds").0
+    Problem::bind(program, vec![(0, table(program, rows))], &unit()).expect("it binds").0
 }
 
 #[divan::bench]
@@ -64,7 +69,7 @@ fn iteration_by_threads(bencher: Bencher, threads: usize) {
     const ROWS: usize = 100_000;
     let program = program();
     let execution = Execution::new(InstructionSet::detect(), threads);
-    let options = Options { execution, ..Options::default() };
+    let options = Options { execution, ..unit() };
     let problem = Problem::bind(&program, vec![(0, table(&program, ROWS))], &options).expect("it binds").0;
     bencher.counter(ItemsCount::new(ROWS)).bench(|| problem.linearise(&problem.start));
 }
@@ -121,7 +126,7 @@ fn operations_by_joints(bencher: Bencher, joints: usize) {
         table.push(&[], &readings, None);
     }
     let execution = Execution::new(InstructionSet::detect(), 1);
-    let options = Options { execution, ..Options::default() };
+    let options = Options { execution, ..unit() };
     let problem = Problem::bind(&program, vec![(0, table)], &options).expect("it binds").0;
     let counts = operations(&program, &program.measurements[0]);
     bencher.counter(ItemsCount::new(ROWS * counts.per_row)).bench(|| {
