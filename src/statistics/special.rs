@@ -5,7 +5,7 @@
 //! I_x(a, b) = ∫₀ˣ tᵃ⁻¹ (1−t)ᵇ⁻¹ dt / B(a, b)       x = odds/(1 + odds)
 //! ```
 //!
-//! Both are a density times a series or continued fraction (DLMF 8.7.1, 8.9.2, 8.17.22; the second by the modified Lentz
+//! Both are a density times a series or continued fraction (DLMF 8.7.1, 8.9.2, 8.17.8, 8.17.22; the second by the modified Lentz
 //! method, Press et al., Numerical Recipes, 3rd ed. 2007, 5.2 and 6.2). The densities are those of the Poisson and the
 //! binomial distribution in the saddle-point form of C. Loader, "Fast and accurate computation of binomial probabilities"
 //! (2000), in which nothing large is subtracted:
@@ -130,11 +130,30 @@ pub(super) fn beta_tails(a: f64, b: f64, odds: f64) -> Option<Tails> {
     let slope = (a.min(b) / (2.0 * PI) * (a.max(b) / n)).sqrt() * exponent.exp();
     // how far x is below the mean a/n, times n
     let below = a * y - b * x;
-    if below > 0.0 {
+    // of a shape that is next to nothing the fraction converges too slowly even at the mean
+    if a < 1.0 && (n * x).max(x) < 0.5 {
+        Some(Tails::by_lower((slope / a * beta_series(a, b, x)?).min(1.0), slope))
+    } else if b < 1.0 && (n * y).max(y) < 0.5 {
+        Some(Tails::by_upper((slope / b * beta_series(b, a, y)?).min(1.0), slope))
+    } else if below > 0.0 {
         Some(Tails::by_lower((slope * beta_fraction(a, b, x, y, below)?).min(1.0), slope))
     } else {
         Some(Tails::by_upper((slope * beta_fraction(b, a, y, x, -below)?).min(1.0), slope))
     }
+}
+
+/// ₂F₁(a + b, 1; a + 1; x), DLMF 8.17.8; all terms are positive.
+fn beta_series(a: f64, b: f64, x: f64) -> Option<f64> {
+    let (mut term, mut sum) = (1.0, 1.0);
+    for k in 1..MOST_TERMS {
+        let before = k as f64 - 1.0;
+        term *= (a + b + before) / (a + 1.0 + before) * x;
+        sum += term;
+        if term <= NEGLIGIBLE * sum {
+            return Some(sum);
+        }
+    }
+    None
 }
 
 /// The even part of the continued fraction of DLMF 8.17.22, over a; x + y = 1, and `below` = a y − b x ≥ 0.
