@@ -259,5 +259,6 @@ fn all_usable(entries: &[f64]) -> bool {
     entries.iter().all(|entry| entry.abs() <= LARGEST)
 }
 
+mod change;
 #[cfg(test)]
 mod tests;

@@ -8,13 +8,15 @@
 //! ```
 //!
 //! Rows stream into it in blocks of any size; two of them merge into one. Everything else works on R, which has as many
-//! rows as there are parameters: [`svd()`], [`solve_upper`], and [`bounded_least_squares`], the exact solution of (1) within
-//! a box.
+//! rows as there are parameters: [`svd()`], [`solve_upper`], [`bounded_least_squares`], the exact solution of (1) within
+//! a box, and [`constrained_least_squares`], that under linear equations and inequalities besides.
 //!
 //! No type of another crate appears in a signature here, and nothing that is not finite gets in.
 
 mod bounded;
 mod cholesky;
+mod constrained;
+mod feasible;
 mod information;
 mod matrix;
 mod reflect;
@@ -23,6 +25,8 @@ mod triangular;
 
 pub use bounded::{Bound, BoundedSolution, Start, bounded_least_squares};
 pub use cholesky::cholesky;
+pub use constrained::{ConstrainedSolution, ConstrainedStart, constrained_least_squares};
+pub use feasible::{Condition, Conditions, Row, conflict, feasible_point};
 pub use information::SquareRootInformation;
 pub use matrix::{Matrix, dot, norm, orthonormalise};
 pub use svd::{Svd, svd};
@@ -51,6 +55,12 @@ pub enum LinalgError {
     /// A lower bound exceeds its upper bound, or one of them is NaN.
     #[error("bounds of coordinate {0} leave nothing between them")]
     EmptyBox(usize),
+    /// No point meets all conditions.
+    #[error("the conditions contradict each other")]
+    Infeasible,
+    /// Rows to be taken out were not absorbed.
+    #[error("rows that were never absorbed cannot be taken out")]
+    NotAbsorbed,
 }
 
 /// `Ok` if `found` is `expected`.

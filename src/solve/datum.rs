@@ -1,7 +1,10 @@
 //! The step along invisible directions: −β N Nᵀ z, towards the nominal values, as far as bounds let it.
 
 use super::region::Linear;
-use crate::linalg::{Bound, LinalgError, Matrix, Start, bounded_least_squares, dot, norm};
+use crate::linalg::{
+    Bound, Conditions, ConstrainedStart, LinalgError, Matrix, Row, Start, bounded_least_squares,
+    constrained_least_squares, dot, norm,
+};
 
 /// N Nᵀ z: what the offset z has along the orthonormal N.
 pub(super) fn along(basis: &[Vec<f64>], z: &[f64]) -> Vec<f64> {
@@ -31,7 +34,9 @@ pub(super) fn datum_step(
     const WEIGHT: f64 = 1e-4;
     let n = scale.len();
     let straight: Vec<f64> = target.iter().zip(scale).map(|(z, scale)| z * scale).collect();
-    if (0..n).all(|j| linear.lower[j] <= straight[j] && straight[j] <= linear.upper[j]) {
+    let kept = |row: &Row| row.equal || dot(&row.coefficients, &straight) <= row.right;
+    if (0..n).all(|j| linear.lower[j] <= straight[j] && straight[j] <= linear.upper[j]) && linear.rows.iter().all(kept)
+    {
         return Ok(straight);
     }
     let inverse: Vec<f64> = diagonal.iter().map(|d| 1.0 / d).collect();
@@ -46,14 +51,33 @@ pub(super) fn datum_step(
     }
     let in_w = |bounds: &[f64]| bounds.iter().zip(diagonal).map(|(bound, d)| bound * d).collect::<Vec<_>>();
     let (lower, upper) = (in_w(linear.lower), in_w(linear.upper));
-    let pursued = bounded_least_squares(&Matrix::from_rows(n, &rows), &d, &lower, &upper, None)?;
+    let a = Matrix::from_rows(n, &rows);
+    if !linear.rows.is_empty() {
+        let scaled = |row: &Row| Row {
+            coefficients: row.coefficients.iter().zip(diagonal).map(|(a, d)| a / d).collect(),
+            right: row.right,
+            equal: row.equal,
+        };
+        let rows: Vec<Row> = linear.rows.iter().map(scaled).collect();
+        let conditions = Conditions { lower: &lower, upper: &upper, rows: &rows };
+        let pursued = constrained_least_squares(&a, &d, &conditions, None)?;
+        let start = ConstrainedStart { delta: pursued.delta, active: pursued.active, rows: pursued.rows };
+        let unseen = constrained_least_squares(&m, &vec![0.0; n], &conditions, Some(&start))?;
+        return Ok(in_delta(linear, diagonal, &unseen.delta, &unseen.active));
+    }
+    let pursued = bounded_least_squares(&a, &d, &lower, &upper, None)?;
     let start = Start { delta: pursued.delta, active: pursued.active };
     let unseen = bounded_least_squares(&m, &vec![0.0; n], &lower, &upper, Some(&start))?;
-    Ok((0..n)
-        .map(|j| match unseen.active[j] {
+    Ok(in_delta(linear, diagonal, &unseen.delta, &unseen.active))
+}
+
+/// D⁻¹w, exactly on the bounds that are active.
+fn in_delta(linear: &Linear<'_>, diagonal: &[f64], w: &[f64], active: &[Bound]) -> Vec<f64> {
+    (0..w.len())
+        .map(|j| match active[j] {
             Bound::Lower => linear.lower[j],
             Bound::Upper => linear.upper[j],
-            Bound::Free => (unseen.delta[j] / diagonal[j]).clamp(linear.lower[j], linear.upper[j]),
+            Bound::Free => (w[j] / diagonal[j]).clamp(linear.lower[j], linear.upper[j]),
         })
-        .collect())
+        .collect()
 }

@@ -1,10 +1,12 @@
 //! The search itself: Levenberg–Marquardt steps until the cost cannot fall, then steps along what is invisible.
 
-use super::region::{Region, Step};
+use super::local::{Local, Method};
+use super::region::Step;
 use super::solution::{Datum, Evaluations, Iteration, Kind, Solution, Status};
-use super::state::State;
-use super::{LeastSquares, Settings, SettingsError};
-use crate::linalg::{SquareRootInformation, norm};
+use super::state::{State, tangent};
+use super::trial::Trial;
+use super::{LeastSquares, Restriction, Settings, SettingsError};
+use crate::linalg::{LinalgError, SquareRootInformation, norm};
 
 /// Why a search could not start.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -21,6 +23,19 @@ pub enum StartError<E> {
     /// The cost at the start is infinite or not a number.
     #[error("the cost at the start is not finite")]
     NotFinite,
+    /// The solver keeps bounds, but no other constraints.
+    #[error("the problem has constraints, which need the conic solver")]
+    Constraints,
+    /// Bounds and constraints contradict each other. Where Newton's method merely came to a stand, these are the
+    /// constraints that it could not meet.
+    #[error("bounds and constraints contradict each other")]
+    Infeasible {
+        /// As few as possible: without any one of them the others can be met, as far as a linearisation tells.
+        conflict: Vec<Restriction>,
+    },
+    /// The norm needs the equations one by one, and the problem does not tell them.
+    #[error("the problem does not tell its equations one by one, which this norm needs")]
+    Rows,
 }
 
 /// Minimises ½‖r(q)‖² from `start`. See the [module](super) for how, and for what "converged" means.
@@ -33,7 +48,17 @@ pub fn minimise<L: LeastSquares>(
     settings: &Settings,
 ) -> Result<Solution<L::Point>, StartError<L::Error>> {
     settings.validate()?;
-    let mut search = Search::new(problem, settings)?;
+    search(problem, start, settings, Method::Damped)
+}
+
+/// The search with either method.
+pub(super) fn search<L: LeastSquares>(
+    problem: &L,
+    start: L::Point,
+    settings: &Settings,
+    method: Method,
+) -> Result<Solution<L::Point>, StartError<L::Error>> {
+    let mut search = Search::new(problem, settings, method)?;
     let (start, projected) = search.moved_into_bounds(start)?;
     let (cost, information) = problem.evaluate(&start).map_err(|error| match problem.cost(&start) {
         Ok(cost) if !cost.is_finite() => StartError::NotFinite,
@@ -45,33 +70,19 @@ pub fn minimise<L: LeastSquares>(
     if information.dimension() != problem.dimension() {
         return Err(StartError::Problem("linearisation"));
     }
+    let constraints = problem.constraints(&start).map_err(StartError::Undefined)?;
+    if method == Method::Damped && !constraints.is_empty() {
+        return Err(StartError::Constraints);
+    }
     let invisible = problem.invisible(&start, &information).map_err(StartError::Undefined)?;
+    let invisible =
+        tangent(invisible, &constraints, problem.scale()).map_err(|error| StartError::Undefined(error.into()))?;
     search.evaluations = Evaluations { costs: 1, linearisations: 1, ranks: 1 };
     search.restricted = !invisible.is_empty();
     search.start_residual = (2.0 * information.cost()).sqrt();
-    let state = search.state(start, cost, information, invisible);
+    let state = State::new(problem, start, cost, information, invisible, constraints);
     let (state, status, datum) = search.run(state);
-    let active = (0..problem.dimension()).map(|j| state.on_bound(j)).collect();
-    Ok(Solution {
-        point: state.point,
-        status,
-        cost: state.cost,
-        iterations: search.iteration,
-        trace: search.trace,
-        information: state.information,
-        invisible: state.invisible,
-        datum,
-        active,
-        projected,
-        evaluations: search.evaluations,
-    })
-}
-
-/// What a trial step led to.
-enum Trial<P> {
-    Undefined,
-    Rejected { actual: f64 },
-    Accepted(Box<State<P>>, f64),
+    Ok(search.conclude(state, status, datum, projected))
 }
 
 pub(super) struct Search<'a, L: LeastSquares> {
@@ -86,10 +97,13 @@ pub(super) struct Search<'a, L: LeastSquares> {
     pub(super) longest: Vec<f64>,
     pub(super) start_residual: f64,
     pub(super) kind: Kind,
+    pub(super) method: Method,
+    /// What the constraints bend the cost by, per ‖D δ‖², at the last trial.
+    pub(super) curvature: f64,
 }
 
 impl<'a, L: LeastSquares> Search<'a, L> {
-    fn new(problem: &'a L, settings: &'a Settings) -> Result<Self, StartError<L::Error>> {
+    fn new(problem: &'a L, settings: &'a Settings, method: Method) -> Result<Self, StartError<L::Error>> {
         let n = problem.dimension();
         let scale = problem.scale();
         if scale.len() != n || scale.iter().any(|&scale| !(scale > 0.0 && scale.is_finite())) {
@@ -105,6 +119,8 @@ impl<'a, L: LeastSquares> Search<'a, L> {
             longest: vec![0.0; n],
             start_residual: 0.0,
             kind: Kind::Step,
+            method,
+            curvature: 0.0,
         })
     }
 
@@ -125,16 +141,6 @@ impl<'a, L: LeastSquares> Search<'a, L> {
         Ok((self.problem.retract(&start, &delta), true))
     }
 
-    fn state(
-        &self,
-        point: L::Point,
-        cost: f64,
-        information: SquareRootInformation,
-        invisible: Vec<Vec<f64>>,
-    ) -> State<L::Point> {
-        State::new(self.problem, point, cost, information, invisible)
-    }
-
     /// Linearises at a point of known cost; `None` where something is undefined there.
     pub(super) fn linearise(&mut self, point: L::Point, cost: f64) -> Option<State<L::Point>> {
         self.evaluations.linearisations += 1;
@@ -143,17 +149,29 @@ impl<'a, L: LeastSquares> Search<'a, L> {
     }
 
     /// A point with its linearisation, and with what is invisible there where that is kept out of the steps.
-    fn judged(&mut self, point: L::Point, cost: f64, information: SquareRootInformation) -> Option<State<L::Point>> {
+    pub(super) fn judged(
+        &mut self,
+        point: L::Point,
+        cost: f64,
+        information: SquareRootInformation,
+    ) -> Option<State<L::Point>> {
+        let constraints = self.problem.constraints(&point).ok()?;
         let mut invisible = vec![];
         if self.restricted {
             self.evaluations.ranks += 1;
             invisible = self.problem.invisible(&point, &information).ok()?;
+            invisible = tangent(invisible, &constraints, self.problem.scale()).ok()?;
         }
-        Some(self.state(point, cost, information, invisible))
+        Some(State::new(self.problem, point, cost, information, invisible, constraints))
+    }
+
+    /// The problem of one step at a state.
+    pub(super) fn local<'s>(&self, state: &'s State<L::Point>, diagonal: &'s [f64]) -> Result<Local<'s>, LinalgError> {
+        Local::new(self.method, state.linear(), diagonal, self.curvature)
     }
 
     /// The true cost, and with it the linearisation where the step is likely to be taken; `None` where it is undefined.
-    fn look(&mut self, point: &L::Point, likely: bool) -> Option<(f64, Option<SquareRootInformation>)> {
+    pub(super) fn look(&mut self, point: &L::Point, likely: bool) -> Option<(f64, Option<SquareRootInformation>)> {
         if !likely {
             return self.cost(point).map(|cost| (cost, None));
         }
@@ -183,11 +201,12 @@ impl<'a, L: LeastSquares> Search<'a, L> {
         if !self.restricted {
             self.evaluations.ranks += 1;
             let invisible = self.problem.invisible(&state.point, &state.information).unwrap_or_default();
+            let invisible = tangent(invisible, &state.constraints, self.problem.scale()).unwrap_or_default();
             if invisible.is_empty() {
                 return (state, status, Datum::NotNeeded);
             }
             self.restricted = true;
-            state = self.state(state.point, state.cost, state.information, invisible);
+            state = State::new(self.problem, state.point, state.cost, state.information, invisible, state.constraints);
         }
         if !status.converged() {
             return (state, status, Datum::Unsettled);
@@ -199,16 +218,16 @@ impl<'a, L: LeastSquares> Search<'a, L> {
         (state, status, datum)
     }
 
-    /// Levenberg–Marquardt steps, across what is visible, until a test fires.
+    /// Steps across what is visible, until a test fires.
     pub(super) fn descend(&mut self, start: State<L::Point>) -> (State<L::Point>, Status) {
         let mut state = start;
         let mut radius = None;
         loop {
             let diagonal = self.diagonal(&state);
-            let Ok(region) = Region::new(state.linear(), &diagonal) else {
+            let Ok(mut local) = self.local(&state, &diagonal) else {
                 return (state, Status::Breakdown);
             };
-            if let Some(status) = self.stationary(&state, &region) {
+            if let Some(status) = self.stationary(&state, &local) {
                 return (state, status);
             }
             let first = radius.is_none();
@@ -220,14 +239,15 @@ impl<'a, L: LeastSquares> Search<'a, L> {
             self.iteration += 1;
             // Whether every trial that led elsewhere led to where something is undefined.
             let (mut any_undefined, mut only_undefined, mut likely) = (false, true, true);
+            let mut curvature = self.curvature;
             let next = loop {
                 if self.trace.len() >= self.settings.max_trials {
                     return (state, Status::MaxTrials);
                 }
-                let Ok(step) = region.step(delta) else {
+                let Ok(step) = local.step(delta) else {
                     return (state, Status::Breakdown);
                 };
-                let trial = self.trial(&state, &region, &step, delta, likely);
+                let trial = self.trial(&state, &local, &step, delta, likely);
                 // after a step that was not taken, the next is not likely to be either
                 likely = false;
                 match trial {
@@ -243,10 +263,10 @@ impl<'a, L: LeastSquares> Search<'a, L> {
                         // Moré 1978, §4.
                         if gain <= 0.25 {
                             delta *= 0.5;
-                        } else if gain >= 0.75 || step.damping == 0.0 {
+                        } else if gain >= 0.75 || step.full {
                             delta = 2.0 * step.norm;
                         }
-                        let settled = step.damping == 0.0 && state.relative(&step.delta) <= self.settings.step;
+                        let settled = step.full && state.relative(&step.delta) <= self.settings.step;
                         if settled {
                             return (*next, Status::Step);
                         }
@@ -254,7 +274,7 @@ impl<'a, L: LeastSquares> Search<'a, L> {
                     }
                     Trial::Undefined => delta = 0.25 * delta.min(step.norm),
                     Trial::Rejected { actual } => {
-                        if let Some(status) = self.at_rounding(&state, &region, &step) {
+                        if let Some(status) = self.at_rounding(&state, &local, &step) {
                             return (state, status);
                         }
                         // The parabola through cost, slope −2·predicted and trial cost; Moré 1978, §4.
@@ -262,9 +282,17 @@ impl<'a, L: LeastSquares> Search<'a, L> {
                         delta = factor.clamp(0.1, 0.5) * delta.min(step.norm);
                     }
                 }
+                // what the trial showed of the constraints' curvature makes another program
+                if self.curvature != curvature {
+                    curvature = self.curvature;
+                    let Ok(bent) = self.local(&state, &diagonal) else {
+                        return (state, Status::Breakdown);
+                    };
+                    local = bent;
+                }
                 // Shorter steps cannot show in the cost.
                 if step.predicted <= 0.1 * f64::EPSILON * state.cost || step.norm == 0.0 {
-                    let status = if region.cosine <= NO_GRADIENT {
+                    let status = if local.cosine() <= NO_GRADIENT {
                         Status::Cost
                     } else if any_undefined && only_undefined {
                         Status::Undefined
@@ -280,11 +308,11 @@ impl<'a, L: LeastSquares> Search<'a, L> {
     }
 
     /// What a linearisation alone tells.
-    fn stationary(&self, state: &State<L::Point>, region: &Region<'_>) -> Option<Status> {
-        let vanished = region.residual <= self.settings.vanished * self.start_residual;
+    fn stationary(&self, state: &State<L::Point>, local: &Local<'_>) -> Option<Status> {
+        let vanished = local.residual() <= self.settings.vanished * self.start_residual;
         if state.cost == 0.0 || vanished {
             Some(Status::NothingLeft)
-        } else if region.share() <= self.settings.perpendicular(&state.information) || region.cosine <= f64::EPSILON {
+        } else if local.share() <= self.settings.perpendicular(&state.information) || local.cosine() <= f64::EPSILON {
             Some(Status::Gradient)
         } else {
             None
@@ -292,68 +320,15 @@ impl<'a, L: LeastSquares> Search<'a, L> {
     }
 
     /// What a rejected step tells.
-    fn at_rounding(&self, state: &State<L::Point>, region: &Region<'_>, step: &Step) -> Option<Status> {
-        if region.residual <= state.rounding() {
+    fn at_rounding(&self, state: &State<L::Point>, local: &Local<'_>, step: &Step) -> Option<Status> {
+        if local.residual() <= state.rounding() {
             return Some(Status::NothingLeft);
         }
-        if step.damping == 0.0 && state.relative(&step.delta) <= self.settings.step {
+        if step.full && state.relative(&step.delta) <= self.settings.step {
             return Some(Status::Step);
         }
-        (region.full.predicted <= NO_GRADIENT * NO_GRADIENT * state.cost).then_some(Status::Cost)
-    }
-
-    fn trial(
-        &mut self,
-        state: &State<L::Point>,
-        region: &Region<'_>,
-        step: &Step,
-        radius: f64,
-        likely: bool,
-    ) -> Trial<L::Point> {
-        let point = self.problem.retract(&state.point, &step.delta);
-        let (cost, information) = self.look(&point, likely).map_or((None, None), |(cost, at)| (Some(cost), at));
-        let gain = cost.filter(|_| step.predicted > 0.0).map(|cost| (state.cost - cost) / step.predicted);
-        self.trace.push(Iteration {
-            iteration: self.iteration,
-            kind: self.kind,
-            cost: state.cost,
-            trial_cost: cost,
-            predicted: step.predicted,
-            gain,
-            damping: step.damping,
-            radius,
-            step_norm: step.norm,
-            gradient: region.cosine,
-            accepted: false,
-        });
-        let Some(cost) = cost else {
-            return Trial::Undefined;
-        };
-        let actual = state.cost - cost;
-        let falls = gain.is_some_and(|gain| gain >= self.settings.gain) && actual > 0.0;
-        let unresolved =
-            step.damping == 0.0 && step.predicted <= UNRESOLVED * state.cost && actual >= -INVISIBLE_RISE * state.cost;
-        if !falls && !unresolved {
-            return Trial::Rejected { actual };
-        }
-        let next = match information {
-            Some(information) => self.judged(point, cost, information),
-            None => self.linearise(point, cost),
-        };
-        let Some(next) = next else {
-            return Trial::Undefined;
-        };
-        if !falls {
-            let diagonal = self.diagonal(&next);
-            let smaller = Region::new(next.linear(), &diagonal).is_ok_and(|at| at.share() <= 0.9 * region.share());
-            if !smaller {
-                return Trial::Rejected { actual };
-            }
-        }
-        if let Some(last) = self.trace.last_mut() {
-            last.accepted = true;
-        }
-        Trial::Accepted(Box::new(next), gain.unwrap_or(1.0))
+        let least = if self.method == Method::Conic { CONIC_NO_GRADIENT } else { NO_GRADIENT };
+        (local.fall() <= least * least * state.cost).then_some(Status::Cost)
     }
 }
 
@@ -361,9 +336,5 @@ impl<'a, L: LeastSquares> Search<'a, L> {
 /// its square, 1e-12, and a cost that is a sum of squares of differences of large numbers is not known much better.
 const NO_GRADIENT: f64 = 1e-6;
 
-/// A predicted fall below this share of the cost may drown in the rounding of the cost. A Gauss–Newton step is then
-/// judged by the gradient instead.
-const UNRESOLVED: f64 = 1e-8;
-
-/// A rise of the cost, as a share, that counts as rounding when a step is judged by the gradient.
-const INVISIBLE_RISE: f64 = 1e-11;
+/// Likewise, where damped steps are judged by the gradient as well when the cost no longer tells.
+const CONIC_NO_GRADIENT: f64 = 1e-9;

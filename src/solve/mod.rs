@@ -19,6 +19,11 @@
 //! whose predicted fall is below 1e-8 of the cost is therefore also taken where it halves the gradient and the cost does
 //! not rise by more than rounding. These are the last steps, and they give the other half of the digits.
 //!
+//! # Constraints
+//!
+//! Levenberg–Marquardt keeps bounds. Equations and inequalities between parameters need [`Conic`], whose steps are conic
+//! programs and which shares all else with it.
+//!
 //! # Invisible directions
 //!
 //! Where no residual sees some direction, the minimum is a family of equally good points. Of these the solution is the one
@@ -35,21 +40,33 @@
 //! A Jacobian that is singular at one point only (x² at 0) has invisible directions there and none beside it. It has no
 //! family, and no datum step is made ([`Datum::Isolated`]).
 
+mod conic;
+mod constraint;
 mod datum;
+mod finish;
+mod local;
 mod minimise;
+mod multipliers;
 mod problem;
 mod rank;
 mod region;
+mod sequential;
 mod settings;
 mod settle;
 mod solution;
+mod solver;
 mod state;
+mod trial;
 
+pub use conic::{Conic, ConicStatus, ConicStep, Norm};
+pub use constraint::{Constraint, Relation, Restriction};
 pub use minimise::{StartError, minimise};
-pub use problem::LeastSquares;
+pub use problem::{LeastSquares, Stacked};
 pub use rank::{NullSpace, RANK, null_space};
+pub use sequential::{Absorbed, InRows, Keep, Sequential, SequentialError, State as SequentialState};
 pub use settings::{Settings, SettingsError};
-pub use solution::{Datum, Evaluations, Iteration, Kind, Solution, Status};
+pub use solution::{ConstraintState, Datum, Evaluations, Iteration, Kind, Solution, Status};
+pub use solver::{LevenbergMarquardt, Solver, Suited};
 
 #[cfg(test)]
 mod tests;

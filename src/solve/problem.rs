@@ -1,7 +1,19 @@
 //! What a solver knows of a problem.
 
+use super::constraint::Constraint;
 use super::rank::null_space;
-use crate::linalg::{LinalgError, SquareRootInformation};
+use crate::linalg::{LinalgError, Matrix, SquareRootInformation};
+
+/// All whitened equations of a linearisation, r(q ⊕ δ) ≈ J δ + r; priors come last.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stacked {
+    /// J
+    pub jacobian: Matrix,
+    /// r
+    pub residual: Vec<f64>,
+    /// How many of the last rows are priors: they stay squares whatever the norm of the others.
+    pub priors: usize,
+}
 
 /// A nonlinear least-squares problem as a solver sees it: minimise ½‖r(q)‖², where q lives on a manifold with n tangent
 /// coordinates. `r` contains everything that is minimised, priors included.
@@ -56,6 +68,24 @@ pub trait LeastSquares {
     fn bounds(&self, q: &Self::Point) -> (Vec<f64>, Vec<f64>) {
         let _ = q;
         (vec![f64::NEG_INFINITY; self.dimension()], vec![f64::INFINITY; self.dimension()])
+    }
+
+    /// Conditions beside the bounds, linearised at q; always the same ones in the same order. By default there are none.
+    ///
+    /// # Errors
+    /// Where one is undefined at q.
+    fn constraints(&self, q: &Self::Point) -> Result<Vec<Constraint>, Self::Error> {
+        let _ = q;
+        Ok(Vec::new())
+    }
+
+    /// The equations one by one, for solvers that minimise something else than squares. By default they are not told.
+    ///
+    /// # Errors
+    /// Where a residual or a derivative is undefined at q.
+    fn stacked(&self, q: &Self::Point) -> Result<Option<Stacked>, Self::Error> {
+        let _ = q;
+        Ok(None)
     }
 
     /// An orthonormal basis, in tolerance-scaled coordinates z = δ/scale, of the directions that no residual sees at q,

@@ -11,8 +11,9 @@
 //! are left out of (1), so that a singular R is survived. Where (1) leaves the bounds, the minimiser of the damped system
 //! within them takes its place; its length falls with λ too, so the same λ can be searched.
 
+use super::conic::ConicStep;
 use crate::linalg::{
-    Bound, LinalgError, Matrix, SquareRootInformation, Start, Svd, bounded_least_squares, dot, norm, svd,
+    Bound, LinalgError, Matrix, Row, SquareRootInformation, Start, Svd, bounded_least_squares, dot, norm, svd,
 };
 
 /// ‖w‖ may exceed the trust radius by this share; solving (1) more finely gains nothing.
@@ -30,6 +31,8 @@ pub(super) struct Linear<'a> {
     pub(super) lower: &'a [f64],
     /// Bounds of δ.
     pub(super) upper: &'a [f64],
+    /// Constraints of δ, each met by δ = 0.
+    pub(super) rows: &'a [Row],
 }
 
 /// A trial step.
@@ -42,7 +45,19 @@ pub(super) struct Step {
     pub(super) damping: f64,
     /// Fall of the linear model's cost.
     pub(super) predicted: f64,
-    active: Vec<Bound>,
+    /// Whether no trust region shortened it.
+    pub(super) full: bool,
+    pub(super) active: Vec<Bound>,
+    /// The conic program it came from.
+    pub(super) conic: Option<ConicStep>,
+}
+
+impl Step {
+    /// No step, of n coordinates.
+    pub(super) fn none(n: usize) -> Self {
+        let active = vec![Bound::Free; n];
+        Self { delta: vec![], norm: 0.0, damping: 0.0, predicted: 0.0, full: true, active, conic: None }
+    }
 }
 
 /// The trust-region problem at one linearisation, for any Δ.
@@ -75,37 +90,11 @@ impl<'a> Region<'a> {
         let in_w = |bounds: &[f64]| bounds.iter().zip(diagonal).map(|(bound, d)| bound * d).collect();
         let (lower, upper) = (in_w(linear.lower), in_w(linear.upper));
         let residual = (2.0 * linear.information.cost()).sqrt();
-        let full = Step { delta: vec![], norm: 0.0, damping: 0.0, predicted: 0.0, active: vec![Bound::Free; n] };
+        let full = Step::none(n);
         let mut region = Self { linear, diagonal, m, svd, c, kept, lower, upper, full, residual, cosine: 0.0 };
-        region.cosine = region.largest_cosine();
+        region.cosine = largest_cosine(&region.linear, n, residual);
         region.full = region.damped(0.0)?;
         Ok(region)
-    }
-
-    /// ‖Qᵀr‖ / ‖r‖, where Q spans what can be seen and may move.
-    pub(super) fn share(&self) -> f64 {
-        if self.residual > 0.0 { (2.0 * self.full.predicted.max(0.0)).sqrt() / self.residual } else { 0.0 }
-    }
-
-    /// max |Jⱼᵀr| / (‖Jⱼ‖‖r‖) over the coordinates that are visible and not held by a bound.
-    fn largest_cosine(&self) -> f64 {
-        /// A column of which projection leaves less than this share is invisible by itself.
-        const INVISIBLE: f64 = 1e-12;
-        let Linear { visible, information, lower, upper, .. } = &self.linear;
-        let mut largest = 0.0_f64;
-        for j in 0..self.diagonal.len() {
-            let column = visible.column(j);
-            let length = norm(column);
-            if self.residual == 0.0 || length <= INVISIBLE * norm(information.r().column(j)) {
-                continue;
-            }
-            let cosine = dot(column, information.d()) / length / self.residual;
-            let blocked = if cosine > 0.0 { lower[j] == 0.0 } else { upper[j] == 0.0 };
-            if !blocked {
-                largest = largest.max(cosine.abs());
-            }
-        }
-        largest
     }
 
     /// The step for trust radius Δ.
@@ -213,8 +202,29 @@ impl<'a> Region<'a> {
         } else {
             0.5 * squares + lambda * length * length
         };
-        Ok(Step { delta, norm: length, damping: lambda, predicted, active })
+        Ok(Step { delta, norm: length, damping: lambda, predicted, full: lambda == 0.0, active, conic: None })
     }
+}
+
+/// max |Jⱼᵀr| / (‖Jⱼ‖‖r‖) over the coordinates that are visible and not held by a bound.
+pub(super) fn largest_cosine(linear: &Linear<'_>, n: usize, residual: f64) -> f64 {
+    /// A column of which projection leaves less than this share is invisible by itself.
+    const INVISIBLE: f64 = 1e-12;
+    let Linear { visible, information, lower, upper, .. } = linear;
+    let mut largest = 0.0_f64;
+    for j in 0..n {
+        let column = visible.column(j);
+        let length = norm(column);
+        if residual == 0.0 || length <= INVISIBLE * norm(information.r().column(j)) {
+            continue;
+        }
+        let cosine = dot(column, information.d()) / length / residual;
+        let blocked = if cosine > 0.0 { lower[j] == 0.0 } else { upper[j] == 0.0 };
+        if !blocked {
+            largest = largest.max(cosine.abs());
+        }
+    }
+    largest
 }
 
 /// R S (1 − N Nᵀ) S⁻¹: R without what it sees of the directions in N, S = diag(scale). They are zero but for noise in the
@@ -245,7 +255,8 @@ mod tests {
         bounds: (&'a [f64], &'a [f64]),
         diagonal: &'a [f64],
     ) -> Region<'a> {
-        let linear = Linear { visible: information.r(), information, invisible: 0, lower: bounds.0, upper: bounds.1 };
+        let linear =
+            Linear { visible: information.r(), information, invisible: 0, lower: bounds.0, upper: bounds.1, rows: &[] };
         Region::new(linear, diagonal).unwrap()
     }
 

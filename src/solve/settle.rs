@@ -3,7 +3,6 @@
 use super::LeastSquares;
 use super::datum::{along, datum_step};
 use super::minimise::Search;
-use super::region::Region;
 use super::solution::{Datum, Iteration, Kind, Status};
 use super::state::State;
 use crate::linalg::{dot, norm, svd};
@@ -115,8 +114,8 @@ impl<L: LeastSquares> Search<'_, L> {
 
     /// One datum step and the corrections after it, judged together.
     fn datum_trial(&mut self, state: &State<L::Point>, delta: &[f64], radius: f64, last: bool) -> DatumTrial<L::Point> {
-        let point = self.problem.retract(&state.point, delta);
-        let cost = self.cost(&point);
+        let point = self.admitted(state, delta, None);
+        let cost = point.as_ref().and_then(|point| self.cost(point));
         let predicted = state.information.cost() - state.information.cost_at(delta);
         let record = self.trace.len();
         self.iteration += 1;
@@ -132,9 +131,10 @@ impl<L: LeastSquares> Search<'_, L> {
             step_norm: norm(&self.scaled(delta)),
             gradient: 0.0,
             accepted: true,
+            conic: None,
         });
         let outcome = 'judged: {
-            let Some(next) = cost.and_then(|cost| self.linearise(point, cost)) else {
+            let Some(next) = cost.zip(point).and_then(|(cost, point)| self.linearise(point, cost)) else {
                 break 'judged DatumTrial::Failed { factor: 0.25 };
             };
             if next.invisible.len() < state.invisible.len() {
@@ -142,12 +142,12 @@ impl<L: LeastSquares> Search<'_, L> {
             }
             // The way back to the family grows with the square of the datum step; it must stay the shorter of the two.
             let diagonal = self.diagonal(&next);
-            let Ok(region) = Region::new(next.linear(), &diagonal) else {
+            let Ok(local) = self.local(&next, &diagonal) else {
                 break 'judged DatumTrial::Failed { factor: 0.25 };
             };
-            let back = norm(&self.scaled(&region.full.delta));
+            let back = norm(&self.scaled(&local.full().delta));
             let out = norm(&self.scaled(delta));
-            if back > 0.5 * out && region.residual > next.rounding() {
+            if back > 0.5 * out && local.residual() > next.rounding() {
                 break 'judged DatumTrial::Failed { factor: (0.4 * out / back).clamp(0.02, 0.5) };
             }
             self.kind = Kind::Correction;

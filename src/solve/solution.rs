@@ -1,5 +1,7 @@
 //! What a solver hands back: always a point, a status that names the test that fired, and the trace of every trial.
 
+use super::Relation;
+use super::conic::ConicStep;
 use crate::linalg::{Bound, SquareRootInformation};
 use std::fmt;
 
@@ -121,6 +123,8 @@ pub struct Iteration {
     pub gradient: f64,
     /// Whether the step was taken.
     pub accepted: bool,
+    /// The conic program of the step, where it came from one.
+    pub conic: Option<ConicStep>,
 }
 
 /// How the position along invisible directions was settled.
@@ -134,6 +138,21 @@ pub enum Datum {
     Isolated,
     /// Not settled: no step towards the nominal values could be taken.
     Unsettled,
+}
+
+/// A constraint at the point where a search ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ConstraintState {
+    /// What is asked of g.
+    pub relation: Relation,
+    /// g at the point.
+    pub value: f64,
+    /// ∂g/∂δ at the point.
+    pub gradient: Vec<f64>,
+    /// μ of [`Solution::multipliers`]; 0 where it is not active.
+    pub multiplier: f64,
+    /// Whether it holds the point: an equation, or an inequality met as one.
+    pub active: bool,
 }
 
 /// What a solver found.
@@ -151,14 +170,23 @@ pub struct Solution<P> {
     pub trace: Vec<Iteration>,
     /// QR(\[J r\]) at the point.
     pub information: SquareRootInformation,
-    /// Orthonormal basis of the invisible directions at the point, in tolerance-scaled coordinates.
+    /// Orthonormal basis of the invisible directions at the point, in tolerance-scaled coordinates: what neither a
+    /// residual nor an equation among the constraints sees.
     pub invisible: Vec<Vec<f64>>,
     /// How the position along the invisible directions was settled.
     pub datum: Datum,
     /// Which coordinates are on a bound.
     pub active: Vec<Bound>,
-    /// Whether the start was outside its bounds and was moved onto them.
+    /// Whether the start was outside its bounds or constraints and was moved onto them.
     pub projected: bool,
+    /// ν, for each coordinate, of ∇cost + Σ μᵢ∇gᵢ = ν: how fast the cost falls when its bound moves outwards, ≥ 0 on a
+    /// lower and ≤ 0 on an upper bound, 0 where free. μ, of the constraints, is ≥ 0 for g ≤ 0.
+    pub multipliers: Vec<f64>,
+    /// The constraints at the point.
+    pub constraints: Vec<ConstraintState>,
+    /// ‖∇cost + Σ μᵢ∇gᵢ − ν‖ / ‖r‖, in units of columns of J of length one, with the μ and ν that leave least.
+    /// Not a number where it could not be computed.
+    pub kkt: f64,
     /// What was evaluated.
     pub evaluations: Evaluations,
 }

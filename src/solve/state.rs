@@ -1,8 +1,9 @@
 //! A point of the search with all that is known there.
 
-use super::LeastSquares;
+use super::conic::{restore_rows, rounding_of};
 use super::region::{Linear, visible};
-use crate::linalg::{Bound, Matrix, SquareRootInformation};
+use super::{Constraint, LeastSquares};
+use crate::linalg::{Bound, LinalgError, Matrix, Row, SquareRootInformation, norm, svd};
 
 /// A point with all that is known there.
 #[derive(Clone)]
@@ -15,6 +16,9 @@ pub(super) struct State<P> {
     pub(super) lower: Vec<f64>,
     pub(super) upper: Vec<f64>,
     pub(super) magnitude: Vec<f64>,
+    pub(super) constraints: Vec<Constraint>,
+    /// The constraints as conditions on δ.
+    pub(super) rows: Vec<Row>,
 }
 
 impl<P> State<P> {
@@ -24,6 +28,7 @@ impl<P> State<P> {
         cost: f64,
         information: SquareRootInformation,
         invisible: Vec<Vec<f64>>,
+        constraints: Vec<Constraint>,
     ) -> Self {
         /// Nearer to a bound than this share of the coordinate's magnitude is on it.
         const ON_BOUND: f64 = 4.0 * f64::EPSILON;
@@ -35,7 +40,8 @@ impl<P> State<P> {
             upper[j] = if upper[j] < near { 0.0 } else { upper[j] };
         }
         let visible = visible(&information, &invisible, problem.scale());
-        Self { point, cost, information, invisible, visible, lower, upper, magnitude }
+        let rows = restore_rows(&constraints, &magnitude);
+        Self { point, cost, information, invisible, visible, lower, upper, magnitude, constraints, rows }
     }
 
     pub(super) fn linear(&self) -> Linear<'_> {
@@ -45,6 +51,7 @@ impl<P> State<P> {
             invisible: self.invisible.len(),
             lower: &self.lower,
             upper: &self.upper,
+            rows: &self.rows,
         }
     }
 
@@ -71,4 +78,47 @@ impl<P> State<P> {
             .zip(&self.magnitude)
             .fold(0.0_f64, |largest, (delta, m)| if *delta == 0.0 { largest } else { largest.max(delta.abs() / m) })
     }
+
+    /// Whether each constraint holds the point: an equation, or an inequality that is met by rounding.
+    pub(super) fn held(&self) -> Vec<bool> {
+        /// Nearer to zero than this many units of its rounding is at zero.
+        const NEAR: f64 = 1000.0;
+        let at_zero = |(constraint, row): (&Constraint, &Row)| {
+            row.equal || constraint.value >= -NEAR * rounding_of(constraint, &self.magnitude)
+        };
+        self.constraints.iter().zip(&self.rows).map(at_zero).collect()
+    }
+}
+
+/// The combinations of invisible directions along which no equation changes, in the same coordinates z = δ/scale.
+pub(super) fn tangent(
+    invisible: Vec<Vec<f64>>,
+    constraints: &[Constraint],
+    scale: &[f64],
+) -> Result<Vec<Vec<f64>>, LinalgError> {
+    /// A share of an equation's gradient that is rounding.
+    const UNSEEN: f64 = 1e-9;
+    let equations: Vec<Vec<f64>> = constraints
+        .iter()
+        .filter(|constraint| constraint.relation == super::Relation::Equal)
+        .filter_map(|constraint| {
+            let row: Vec<f64> = constraint.gradient.iter().zip(scale).map(|(a, scale)| a * scale).collect();
+            let length = norm(&row);
+            (length > 0.0).then(|| row.iter().map(|entry| entry / length).collect())
+        })
+        .collect();
+    if invisible.is_empty() || equations.is_empty() {
+        return Ok(invisible);
+    }
+    let changes = Matrix::from_rows(scale.len(), &equations);
+    let columns: Vec<Vec<f64>> = invisible.iter().map(|z| changes.mul_vec(z)).collect();
+    let found = svd(&Matrix::from_columns(equations.len(), &columns))?;
+    let combine = |k: usize| {
+        let mut z = vec![0.0; scale.len()];
+        for (share, direction) in found.v.column(k).iter().zip(&invisible) {
+            z.iter_mut().zip(direction).for_each(|(z, entry)| *z += share * entry);
+        }
+        z
+    };
+    Ok((0..invisible.len()).filter(|&k| found.sigma[k] <= UNSEEN).map(combine).collect())
 }

@@ -1,12 +1,15 @@
 //! Solvers against published minima, and against what they must never do.
 
 mod behaviour;
+mod conic;
 mod datum;
 mod functions;
 mod laws;
 mod published;
 
-use super::{LeastSquares, Settings, Solution, minimise};
+use super::{
+    Conic, Constraint, LeastSquares, Norm, Relation, Settings, Solution, Solver, Stacked, StartError, minimise,
+};
 use crate::linalg::{LinalgError, Matrix, SquareRootInformation};
 use num_dual::DualDVec64;
 
@@ -36,7 +39,13 @@ pub(super) struct Closure<F> {
     pub(super) invisible: Option<Vec<Vec<f64>>>,
     /// What the derivatives are multiplied by: not 1 for a wrong Jacobian.
     pub(super) mistake: f64,
+    /// Conditions: what is asked, and g.
+    pub(super) conditions: Vec<(Relation, Condition)>,
+    /// How many of the last residuals are priors.
+    pub(super) priors: usize,
 }
+
+type Condition = Box<dyn Fn(&[Dual]) -> Dual>;
 
 impl<F: Fn(&[Dual]) -> Option<Vec<Dual>>> Closure<F> {
     pub(super) fn new(n: usize, residuals: F) -> Self {
@@ -48,6 +57,8 @@ impl<F: Fn(&[Dual]) -> Option<Vec<Dual>>> Closure<F> {
             upper: vec![f64::INFINITY; n],
             invisible: None,
             mistake: 1.0,
+            conditions: vec![],
+            priors: 0,
         }
     }
 
@@ -55,16 +66,48 @@ impl<F: Fn(&[Dual]) -> Option<Vec<Dual>>> Closure<F> {
         minimise(self, start.to_vec(), &Settings::default()).expect("a start that is defined")
     }
 
-    fn evaluate(&self, q: &[f64], derivatives: bool) -> Result<Vec<Dual>, Refused> {
-        let n = q.len();
-        let variables: Vec<Dual> = (0..n)
-            .map(|j| {
-                let variable = Dual::from_re(q[j]);
-                if derivatives { variable.with_derivative(j, n) } else { variable }
-            })
-            .collect();
-        (self.residuals)(&variables).ok_or(Refused::Domain)
+    /// By the conic solver.
+    pub(super) fn conic(&self, start: &[f64]) -> Solution<Vec<f64>> {
+        self.try_conic(start, Norm::LeastSquares).expect("a start that is defined and conditions that can be met")
     }
+
+    pub(super) fn try_conic(&self, start: &[f64], norm: Norm) -> Result<Solution<Vec<f64>>, StartError<Refused>> {
+        Conic { norm, ..Conic::default() }.solve(self, start.to_vec())
+    }
+
+    /// Asks that g(q) = 0, or ≤ 0.
+    pub(super) fn ask(&mut self, relation: Relation, g: impl Fn(&[Dual]) -> Dual + 'static) {
+        self.conditions.push((relation, Box::new(g)));
+    }
+
+    fn evaluate(&self, q: &[f64], derivatives: bool) -> Result<Vec<Dual>, Refused> {
+        (self.residuals)(&variables(q, derivatives)).ok_or(Refused::Domain)
+    }
+
+    /// J and r.
+    fn jacobian(&self, q: &[f64]) -> Result<(Matrix, Vec<f64>), Refused> {
+        let residuals = self.evaluate(q, true)?;
+        let mut jacobian = Matrix::zeros(residuals.len(), q.len());
+        for (i, residual) in residuals.iter().enumerate() {
+            for (j, entry) in gradient(residual, q.len()).into_iter().enumerate() {
+                jacobian[(i, j)] = entry * self.mistake;
+            }
+        }
+        Ok((jacobian, residuals.iter().map(|r| r.re).collect()))
+    }
+}
+
+fn variables(q: &[f64], derivatives: bool) -> Vec<Dual> {
+    let n = q.len();
+    let variable = |j: usize| {
+        let variable = Dual::from_re(q[j]);
+        if derivatives { variable.with_derivative(j, n) } else { variable }
+    };
+    (0..n).map(variable).collect()
+}
+
+fn gradient(value: &Dual, n: usize) -> Vec<f64> {
+    value.eps.clone().unwrap_generic(nalgebra::Dyn(n), nalgebra::Const::<1>).iter().copied().collect()
 }
 
 trait WithDerivative {
@@ -91,19 +134,22 @@ impl<F: Fn(&[Dual]) -> Option<Vec<Dual>>> LeastSquares for Closure<F> {
     }
 
     fn linearise(&self, q: &Vec<f64>) -> Result<SquareRootInformation, Refused> {
-        let n = q.len();
-        let residuals = self.evaluate(q, true)?;
-        let mut block = Matrix::zeros(residuals.len(), n + 1);
-        for (i, residual) in residuals.iter().enumerate() {
-            let derivative = residual.eps.clone().unwrap_generic(nalgebra::Dyn(n), nalgebra::Const::<1>);
-            for j in 0..n {
-                block[(i, j)] = derivative[j] * self.mistake;
-            }
-            block[(i, n)] = residual.re;
-        }
-        let mut information = SquareRootInformation::new(n);
-        information.absorb(&mut block)?;
-        Ok(information)
+        let (jacobian, residuals) = self.jacobian(q)?;
+        Ok(SquareRootInformation::from_rows(&jacobian, &residuals)?)
+    }
+
+    fn stacked(&self, q: &Vec<f64>) -> Result<Option<Stacked>, Refused> {
+        let (jacobian, residual) = self.jacobian(q)?;
+        Ok(Some(Stacked { jacobian, residual, priors: self.priors }))
+    }
+
+    fn constraints(&self, q: &Vec<f64>) -> Result<Vec<Constraint>, Refused> {
+        let at = variables(q, true);
+        let told = |(relation, g): &(Relation, Condition)| {
+            let g = g(&at);
+            Constraint { relation: *relation, value: g.re, gradient: gradient(&g, q.len()), magnitude: 1.0 }
+        };
+        Ok(self.conditions.iter().map(told).collect())
     }
 
     fn retract(&self, q: &Vec<f64>, delta: &[f64]) -> Vec<f64> {
