@@ -2,6 +2,7 @@
 //! [`crate::graph::OPERATIONS`]. What can be written in the language is in the prelude instead.
 
 use super::value::Value;
+use crate::diag::Code;
 use crate::graph::{Axis, DimensionRule, Graph, Operation};
 use crate::unit::Dimension;
 
@@ -18,6 +19,16 @@ pub(crate) enum MismatchKind {
     Arity,
     Shape,
     Dimension,
+}
+
+impl MismatchKind {
+    pub(crate) fn code(self) -> Code {
+        match self {
+            MismatchKind::Arity => Code::WrongArity,
+            MismatchKind::Shape => Code::WrongShape,
+            MismatchKind::Dimension => Code::WrongDimension,
+        }
+    }
 }
 
 impl Mismatch {

@@ -6,6 +6,7 @@
 
 mod call;
 mod chain;
+mod constraint;
 mod core;
 mod declarations;
 mod measurement;
@@ -22,6 +23,7 @@ mod snippet;
 mod tests;
 mod value;
 
+pub use constraint::{Constraint, Constraints, Named};
 pub use names::{Coordinate, coordinates};
 pub use prelude::PRELUDE;
 pub use program::{
@@ -33,6 +35,7 @@ use std::sync::Arc;
 
 use crate::diag::{Code, Diagnostic, Diagnostics, Source, Span};
 use crate::model::{Model, Quantity, Text};
+use crate::solve::Relation;
 use crate::unit::{Dimension, Unit};
 use declarations::{Declarations, Symbol};
 use quantity::Quantities;
@@ -95,8 +98,9 @@ pub fn compile(model: &Model, source: &Arc<Source>, extra: &[String]) -> Result<
             &mut diagnostics,
         ));
     }
+    let constraints = constraint::compile(model, &declarations, &mut diagnostics);
     if !diagnostics.has_errors() {
-        check_use(&declarations.parameters, &measurements, source, &mut diagnostics);
+        check_use(&declarations.parameters, &measurements, &constraints, source, &mut diagnostics);
     }
     let diagnostics = diagnostics.sorted();
     if diagnostics.has_errors() {
@@ -109,6 +113,7 @@ pub fn compile(model: &Model, source: &Arc<Source>, extra: &[String]) -> Result<
         units,
         parameters,
         constants,
+        constraints,
         measurements,
         scenarios,
         source: Arc::clone(source),
@@ -158,10 +163,11 @@ fn check_symbols(declarations: &Declarations, diagnostics: &mut Diagnostics) {
     diagnostics.extend(scope.diagnostics);
 }
 
-/// A free parameter that no residual depends on cannot be found.
+/// A free parameter that no residual depends on cannot be found, unless an equation leads from others to it.
 fn check_use(
     parameters: &[Parameter],
     measurements: &[Measurement],
+    constraints: &Constraints,
     source: &Arc<Source>,
     diagnostics: &mut Diagnostics,
 ) {
@@ -176,6 +182,11 @@ fn check_use(
         for slot in &measurement.slots {
             let end = slot.first_leaf + parameters[slot.parameter].shape.leaves();
             used[slot.parameter] |= leaves[slot.first_leaf..end].contains(&true);
+        }
+    }
+    for item in constraints.items.iter().filter(|item| item.relation == Relation::Equal) {
+        for &(slot, _) in &item.columns {
+            used[constraints.slots[slot].parameter] = true;
         }
     }
     for (parameter, used) in parameters.iter().zip(used) {

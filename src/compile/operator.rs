@@ -11,7 +11,7 @@ type Checked = Result<Value, Mismatch>;
 /// Applies an operator. `units` are the model's: they decide what a bare number may mean beside an angle.
 pub(crate) fn binary(graph: &mut Graph, units: &Units, operator: Op, a: Value, b: Value) -> Checked {
     match operator {
-        Op::Add | Op::Sub => sum(graph, units, operator, a, b),
+        Op::Add | Op::Sub => sum(graph, units, operator, operator.symbol(), a, b),
         Op::Mul => multiply(graph, a, b),
         Op::Div => divide(graph, a, b),
         Op::Pow => power(graph, a, b),
@@ -33,8 +33,12 @@ pub(crate) fn negate(graph: &mut Graph, a: Value) -> Checked {
     }
 }
 
-fn sum(graph: &mut Graph, units: &Units, operator: Op, a: Value, b: Value) -> Checked {
-    let sign = if operator == Op::Add { "+" } else { "-" };
+/// a − b of what stands on the two sides of a sign, with the rules of a sum.
+pub(crate) fn difference(graph: &mut Graph, units: &Units, sign: &str, a: Value, b: Value) -> Checked {
+    sum(graph, units, Op::Sub, sign, a, b)
+}
+
+fn sum(graph: &mut Graph, units: &Units, operator: Op, sign: &str, a: Value, b: Value) -> Checked {
     let dimension = match (a, b) {
         (Value::Scalar(..), Value::Scalar(..)) | (Value::Vector(..), Value::Vector(..)) => {
             common(graph, &a, &b, sign).map_err(|mismatch| with_unit_hint(graph, units, mismatch, a, b))?

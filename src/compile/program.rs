@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use super::constraint::Constraints;
 use crate::diag::{Source, Span};
 use crate::graph::{Graph, Scalar, Tape};
 use crate::statistics::Loss;
@@ -20,6 +21,8 @@ pub struct Program {
     pub parameters: Vec<Parameter>,
     /// Names that are constants or ties of chains, which nothing can free.
     pub constants: Vec<String>,
+    /// Conditions between the parameters.
+    pub constraints: Constraints,
     /// All measurements, in the order of their declaration.
     pub measurements: Vec<Measurement>,
     /// What can be simulated.

@@ -223,15 +223,25 @@ impl Quantities {
             sigma: vec![sigma?],
             tolerance: vec![tolerance?.unwrap_or_else(|| self.tolerance(wanted, nominal))],
         };
-        self.check_bounds(&setting_values, setting.span, diagnostics).then_some(setting_values)
+        self.check_bounds(&setting_values, &[wanted], setting.span, diagnostics).then_some(setting_values)
     }
 
-    fn check_bounds(&self, setting: &Setting, span: Span, diagnostics: &mut Diagnostics) -> bool {
-        for ((&nominal, &min), &max) in setting.nominal.iter().zip(&setting.min).zip(&setting.max) {
+    fn check_bounds(
+        &self,
+        setting: &Setting,
+        dimensions: &[Dimension],
+        span: Span,
+        diagnostics: &mut Diagnostics,
+    ) -> bool {
+        for (k, &dimension) in dimensions.iter().enumerate() {
+            let (nominal, min, max) = (setting.nominal[k], setting.min[k], setting.max[k]);
+            let shown = |value| self.units.shown(value, dimension);
             let message = if min > max {
-                format!("the lower bound {min} is above the upper bound {max}")
-            } else if nominal < min || nominal > max {
-                format!("the nominal value {nominal} is outside its bounds {min} to {max}")
+                format!("the lower bound {} is above the upper bound {}", shown(min), shown(max))
+            } else if nominal < min {
+                format!("the nominal value {} is below its lower bound {}", shown(nominal), shown(min))
+            } else if nominal > max {
+                format!("the nominal value {} is above its upper bound {}", shown(nominal), shown(max))
             } else {
                 continue;
             };
@@ -336,7 +346,7 @@ impl Context<'_> {
                 .collect(),
             nominal,
         };
-        self.quantities.check_bounds(&setting, span, diagnostics).then_some(setting)
+        self.quantities.check_bounds(&setting, self.dimensions, span, diagnostics).then_some(setting)
     }
 
     fn components(

@@ -5,15 +5,15 @@
 
 use std::collections::HashMap;
 
-use super::core::{self, Mismatch, MismatchKind};
+use super::core::{self, Mismatch};
 use super::declarations::{Declarations, Symbol};
 use super::operator;
 use super::program::{Shape, Slot};
 use super::snippet::Snippet;
 use super::value::Value;
-use crate::diag::{Code, Diagnostic, Diagnostics, nearest};
+use crate::diag::{Code, Diagnostic, Diagnostics, Span, nearest};
 use crate::graph::Graph;
-use crate::lang::{Expr, ExprKind, Ident};
+use crate::lang::{Expr, ExprKind, Key};
 use crate::unit::Dimension;
 
 /// Graphs beyond this many nodes are refused.
@@ -39,13 +39,26 @@ pub(crate) struct Locals {
     pub(super) function: bool,
 }
 
-/// One measurement's graph and names.
+/// What the expressions of constraints may name that those of measurements may not, and the other way round.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Literals {
+    /// keys of members in the order of their first use, by which slots choose
+    pub(crate) members: Vec<String>,
+    /// where each slot is first named
+    pub(crate) spans: Vec<Span>,
+    /// names of measurements, and what each of them is
+    pub(crate) elsewhere: HashMap<String, String>,
+}
+
+/// One measurement's graph and names, or those of the constraints.
 pub(crate) struct Scope<'d> {
     pub(crate) declarations: &'d Declarations,
     pub(crate) graph: Graph,
     pub(crate) slots: Vec<Slot>,
     pub(crate) leaves: usize,
     pub(crate) diagnostics: Diagnostics,
+    /// with constraints, whose members are named by their keys
+    pub(crate) literals: Option<Literals>,
     names: HashMap<String, Binding>,
     order: Vec<String>,
     slot_values: HashMap<(usize, Vec<usize>), Value>,
@@ -64,6 +77,7 @@ impl<'d> Scope<'d> {
             slots: Vec::new(),
             leaves: 0,
             diagnostics: Diagnostics::new(),
+            literals: None,
             names: HashMap::new(),
             order: Vec::new(),
             slot_values: HashMap::new(),
@@ -163,7 +177,11 @@ impl<'d> Scope<'d> {
             return known;
         }
         let is_function = self.declarations.functions.contains_key(name) || core::arity(name).is_some();
-        let hint = if is_function || self.declarations.chain(name).is_some() {
+        let family =
+            |symbol: &Symbol| matches!(symbol, Symbol::Parameter(p) if self.declarations.parameters[*p].family);
+        let hint = if self.declarations.symbol(name).is_some_and(family) {
+            Some(format!("`{name}` is a family, and `{name}[key]` one of its members"))
+        } else if is_function || self.declarations.chain(name).is_some() {
             Some(format!("`{name}` is called with its arguments: `{name}(…)`"))
         } else {
             self.suggest(name, locals)
@@ -201,7 +219,7 @@ impl<'d> Scope<'d> {
         found
     }
 
-    fn index(&mut self, family: &str, keys: &[Ident], expr: &Expr, at: &Snippet, locals: &Locals) -> Option<Value> {
+    fn index(&mut self, family: &str, keys: &[Key], expr: &Expr, at: &Snippet, locals: &Locals) -> Option<Value> {
         let Some(&Symbol::Parameter(parameter)) = self.declarations.symbol(family) else {
             let hint = self.suggest(family, locals);
             self.report(Code::UnknownName, expr, at, &format!("there is no family `{family}`"), hint);
@@ -212,10 +230,32 @@ impl<'d> Scope<'d> {
             self.report(Code::WrongShape, expr, at, &message, Some("say `family: true` where it is declared".into()));
             return None;
         }
+        if let (Some(literals), false) = (&mut self.literals, locals.function) {
+            let names: Vec<&str> = keys.iter().map(|key| key.name.as_str()).collect();
+            let member = names.join("/");
+            let known = literals.members.iter().position(|known| *known == member);
+            let number = known.unwrap_or(literals.members.len());
+            if known.is_none() {
+                literals.members.push(member);
+            }
+            let slots = self.slots.len();
+            let value = self.parameter(parameter, vec![number]);
+            if let (Some(literals), true) = (&mut self.literals, self.slots.len() > slots) {
+                literals.spans.resize(slots, Span::default());
+                literals.spans.push(at.span(&expr.span));
+            }
+            return Some(value);
+        }
         let mut found = Vec::with_capacity(keys.len());
         for key in keys {
             match self.names.get(&key.name) {
-                Some(Binding::Key(column)) if !locals.function => found.push(*column),
+                Some(Binding::Key(column)) if !locals.function && !key.quoted => found.push(*column),
+                _ if key.quoted => {
+                    let message = format!("`'{}'` names one member, which only a constraint does", key.name);
+                    let hint = "here a column of names chooses the member of each row";
+                    self.report(Code::WrongShape, expr, at, &message, Some(hint.into()));
+                    return None;
+                }
                 _ => {
                     let message = format!("`{}` is not a column of names", key.name);
                     let hint = "columns of names are listed in the measurement's `keys`";
@@ -370,12 +410,7 @@ impl<'d> Scope<'d> {
         match result {
             Ok(value) => Some(value),
             Err(mismatch) => {
-                let code = match mismatch.kind {
-                    MismatchKind::Arity => Code::WrongArity,
-                    MismatchKind::Shape => Code::WrongShape,
-                    MismatchKind::Dimension => Code::WrongDimension,
-                };
-                self.report(code, expr, at, &mismatch.message, mismatch.hint);
+                self.report(mismatch.kind.code(), expr, at, &mismatch.message, mismatch.hint);
                 None
             }
         }
@@ -387,6 +422,10 @@ impl<'d> Scope<'d> {
     }
 
     fn suggest(&self, name: &str, locals: &Locals) -> Option<String> {
+        let first = name.split('.').next().unwrap_or(name);
+        if let Some(what) = self.literals.as_ref().and_then(|literals| literals.elsewhere.get(first)) {
+            return Some(format!("`{first}` is {what}, and a constraint speaks of parameters alone"));
+        }
         let mut candidates: Vec<&str> = locals.names.keys().map(String::as_str).collect();
         candidates.sort_unstable();
         if !locals.function {

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::diag::{Code, Diagnostic, Source, Span};
-use crate::lang::{self, Expr, ParseErrorKind};
+use crate::lang::{self, Expr, ParseError, ParseErrorKind, Relation};
 use crate::model::Text;
 
 /// An expression as text, and where it stands.
@@ -42,15 +42,20 @@ impl Snippet {
 
     /// The tree of the text.
     pub(crate) fn parse(&self) -> Result<Expr, Box<Diagnostic>> {
-        lang::parse(&self.text.value).map_err(|error| {
-            let code = match error.kind {
-                ParseErrorKind::UnknownUnit => Code::UnknownUnit,
-                ParseErrorKind::TooDeep => Code::NestedTooDeep,
-                _ => Code::BadExpression,
-            };
-            Box::new(
-                Diagnostic::error(code, error.message).at(&self.source, self.span(&error.span)).maybe_hint(error.hint),
-            )
-        })
+        lang::parse(&self.text.value).map_err(|error| self.mistake(error))
+    }
+
+    /// What the text compares.
+    pub(crate) fn relation(&self) -> Result<Relation, Box<Diagnostic>> {
+        lang::parse_relation(&self.text.value).map_err(|error| self.mistake(error))
+    }
+
+    fn mistake(&self, error: ParseError) -> Box<Diagnostic> {
+        let code = match error.kind {
+            ParseErrorKind::UnknownUnit => Code::UnknownUnit,
+            ParseErrorKind::TooDeep => Code::NestedTooDeep,
+            _ => Code::BadExpression,
+        };
+        Box::new(Diagnostic::error(code, error.message).at(&self.source, self.span(&error.span)).maybe_hint(error.hint))
     }
 }

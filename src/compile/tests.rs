@@ -83,3 +83,74 @@ fn functions_that_call_functions_do_not_explode_and_do_not_overflow() {
     let found = compiled(&chain(2000)).unwrap_err();
     assert!(found[0].starts_with("E038"), "{found:?}");
 }
+
+/// The constraints of two scalars, a family of vectors and a rotation: name, relation, whether linear.
+fn constrained(constraints: &str) -> Result<Vec<(String, Relation, bool)>, Vec<String>> {
+    let text = format!(
+        r#"(
+        name: "c",
+        units: (length: "mm"),
+        parameters: {{ "a": Scalar(Free("1 mm")), "b": Scalar(Held("2 mm")), "p": Vec3(value: Free((0, 0, 0)), family: true), "r": Rotation(Held((0, 0, 0))) }},
+        constraints: {{ {constraints} }},
+        measurements: {{ "m": (keys: ["k"], inputs: {{"x": (unit: "mm")}}, residuals: {{"s": "norm(p[k]) + a - x"}}) }},
+    )"#
+    );
+    let items = |program: Program| {
+        program.constraints.items.into_iter().map(|item| (item.name, item.relation, item.linear)).collect()
+    };
+    compiled(&text).map(items)
+}
+
+#[test]
+fn constraints_are_one_scalar_each() {
+    use Relation::{AtMost, Equal};
+    let expect = |constraints: &str, expected: &[(&str, Relation, bool)]| {
+        let found = constrained(constraints).unwrap();
+        let found: Vec<_> = found.iter().map(|(name, relation, linear)| (name.as_str(), *relation, *linear)).collect();
+        assert_eq!(found, expected, "{constraints}");
+    };
+    expect(r#""e": "2*a - b/3 = 1 mm""#, &[("e", Equal, true)]);
+    expect(r#""e": "a >= b""#, &[("e", AtMost, true)]);
+    // a held one can be freed, and then it is not linear
+    expect(r#""e": "a*b <= 1 mm^2""#, &[("e", AtMost, false)]);
+    expect(r#""e": "3 mm >= a >= 1 mm""#, &[("e (upper)", AtMost, true), ("e (lower)", AtMost, true)]);
+    expect(r#""e": "2 mm <= a <= 2 mm""#, &[("e", Equal, true)]);
+    expect(r#""e": "a <= b <= norm(p[u])""#, &[("e (lower)", AtMost, true), ("e (upper)", AtMost, false)]);
+    // a component that always holds says nothing
+    expect(r#""e": "vec(a, 0, b) = vec(0, 0, 1 mm)""#, &[("e.x", Equal, true), ("e.z", Equal, true)]);
+    expect(r#""e": "r*p[u] = p['v w']""#, &[("e.x", Equal, false), ("e.y", Equal, false), ("e.z", Equal, false)]);
+}
+
+#[test]
+fn mistakes_of_constraints_have_their_code() {
+    for (constraint, code) in [
+        ("x = a", "E013"),
+        ("norm(p[k]) + k = a", "E013"),
+        ("a = 3", "E016"),
+        ("p[u] <= p[v]", "E015"),
+        ("r = r", "E015"),
+        ("p[u] = a", "E015"),
+        ("a", "E010"),
+        ("1 mm <= 2 mm", "E050"),
+        ("a - a = 0", "E050"),
+        ("2 mm <= a <= 1 mm", "E051"),
+        ("1 mm >= a >= 2 mm", "E051"),
+        ("vec(a, 0, 1 mm) = vec(0, 0, 2 mm)", "E051"),
+    ] {
+        let found = constrained(&format!(r#""e": "{constraint}""#)).unwrap_err();
+        assert_eq!(found.len(), 1, "{constraint}: {found:?}");
+        assert!(found[0].starts_with(code), "{constraint}: {found:?}");
+    }
+}
+
+#[test]
+fn an_equation_makes_a_parameter_used_and_an_order_does_not() {
+    let text = |constraint: &str| {
+        format!(
+            r#"(name: "u", parameters: {{ "a": Scalar(Free(1)), "b": Scalar(Free(1)) }}, constraints: {{ "e": "{constraint}" }},
+            measurements: {{ "m": (inputs: {{"x": ()}}, residuals: {{"s": "a - x"}}) }})"#
+        )
+    };
+    assert!(compiled(&text("a + b = 2")).is_ok());
+    assert!(compiled(&text("a <= b")).unwrap_err()[0].starts_with("E018"));
+}

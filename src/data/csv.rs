@@ -85,6 +85,32 @@ pub fn read_files(
     (!failed).then_some(data)
 }
 
+/// Reads standard input as it comes: `each` is called with a table of the row that came last, and says whether to go on. A
+/// mistake ends it, and so does a last line without its end, which may have lost digits.
+pub fn follow(
+    program: &Program,
+    measurement: usize,
+    diagnostics: &mut Diagnostics,
+    each: &mut dyn FnMut(&Table) -> bool,
+) -> Option<FileRead> {
+    let declared = &program.measurements[measurement];
+    let file = DataFile { file: STANDARD_INPUT.into(), ..DataFile::default() };
+    let reading = Reading { program, measurement: declared, file: &file, name: "standard input" };
+    let mut input = Ahead::new(io::stdin()).map_err(|error| diagnostics.push(unreadable(&reading, &error))).ok()?;
+    let (empty, mut rows) = (Table::new(declared.keys.len(), declared.inputs.len()), 0);
+    let mut table = empty.clone();
+    let mut one = |table: &mut Table| {
+        rows += 1;
+        let more = each(table);
+        *table = empty.clone();
+        table.begin(reading.name);
+        more
+    };
+    read_rows(&reading, &mut input, &mut table, diagnostics, Some(&mut one));
+    let fingerprint = input.fingerprint().unwrap_or_default();
+    Some(FileRead { file: STANDARD_INPUT.to_owned(), rows, fingerprint })
+}
+
 impl Data {
     /// Reads one file.
     fn take(&mut self, reading: &Reading, input: impl Read + Send + 'static, found: &mut Diagnostics) {
@@ -116,7 +142,20 @@ fn cannot_open(reading: &Reading, error: &io::Error) -> Diagnostic {
 
 /// Reads one file. With mistakes the table may have part of its rows.
 pub(super) fn read_from(reading: &Reading, input: impl BufRead, table: &mut Table, found: &mut Diagnostics) {
-    let mut lines = BufReader::new(Lines::new(input));
+    read_rows(reading, input, table, found, None);
+}
+
+/// The same, with `each` called after every row; it says whether to go on. The last line has to have an end then.
+pub(super) fn read_rows(
+    reading: &Reading,
+    input: impl BufRead,
+    table: &mut Table,
+    found: &mut Diagnostics,
+    mut each: Option<&mut dyn FnMut(&mut Table) -> bool>,
+) {
+    let lines = Lines::new(input);
+    let cut = lines.cut();
+    let mut lines = BufReader::new(lines);
     let (head, delimiter) = match head(&mut lines, reading.file.columns.len()) {
         Ok(found) => found,
         Err(error) => return found.push(unreadable(reading, &error)),
@@ -145,7 +184,16 @@ pub(super) fn read_from(reading: &Reading, input: impl BufRead, table: &mut Tabl
             continue;
         }
         match &mut rows {
-            Some(rows) => rows.take(record, line, table, found),
+            Some(rows) if each.is_some() && cut.get() => return found.push(cut_short(reading, rows.count() + 1, line)),
+            Some(rows) => {
+                let before = table.rows();
+                rows.take(record, line, table, found);
+                if let Some(each) = &mut each
+                    && (table.rows() == before || !each(table))
+                {
+                    return;
+                }
+            }
             None => {
                 let Some(names) = heading(reading, record, line, found) else { return };
                 let Some(plan) = reading.plan(&names, Some(line), found) else { return };
@@ -163,6 +211,13 @@ pub(super) fn read_from(reading: &Reading, input: impl BufRead, table: &mut Tabl
 fn unreadable(reading: &Reading, error: &dyn std::error::Error) -> Diagnostic {
     let message = format!("`{}` cannot be read: {error}", reading.name);
     Diagnostic::error(Code::UnreadableFile, message).at_data(DataPlace::file(reading.name))
+}
+
+fn cut_short(reading: &Reading, row: usize, line: usize) -> Diagnostic {
+    let message = format!("the data end in the middle of row {row}");
+    let place = DataPlace { line: Some(line), row: Some(row), ..DataPlace::file(reading.name) };
+    let hint = "rows before it are in the state that `--save` writes: go on from it with `--resume`; a whole row ends with its line";
+    Diagnostic::error(Code::CutShort, message).at_data(place).hint(hint)
 }
 
 fn no_rows(reading: &Reading, message: &str) -> Diagnostic {

@@ -1,6 +1,8 @@
 //! Bytes of a file with all lines ended alike, so that lines can be counted.
 
+use std::cell::Cell;
 use std::io::{self, BufRead, Read};
+use std::rc::Rc;
 
 use memchr::memchr;
 
@@ -12,11 +14,18 @@ pub(super) struct Lines<R> {
     after_return: bool,
     /// whether what was given out ends with a line's end
     ended: bool,
+    /// whether the last line lacked its end
+    cut: Rc<Cell<bool>>,
 }
 
 impl<R: BufRead> Lines<R> {
     pub(super) fn new(from: R) -> Self {
-        Lines { from, after_return: false, ended: true }
+        Lines { from, after_return: false, ended: true, cut: Rc::default() }
+    }
+
+    /// Says, once the last line is given out, whether it lacked its end.
+    pub(super) fn cut(&self) -> Rc<Cell<bool>> {
+        Rc::clone(&self.cut)
     }
 }
 
@@ -33,6 +42,7 @@ impl<R: BufRead> Read for Lines<R> {
                     return Ok(0);
                 }
                 self.ended = true;
+                self.cut.set(true);
                 into[0] = b'\n';
                 return Ok(1);
             }

@@ -25,7 +25,7 @@ mod table;
 mod tests;
 mod write;
 
-pub use self::csv::{Data, FileRead, STANDARD_INPUT, read, read_files};
+pub use self::csv::{Data, FileRead, STANDARD_INPUT, follow, read, read_files};
 pub use ahead::fingerprint;
 pub use column::Column;
 pub use output::{Output, make_directory};

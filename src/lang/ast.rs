@@ -27,12 +27,12 @@ pub enum ExprKind {
     Name(String),
     /// A component, `L1.alpha`, `v.x`. The name of the field ends where the expression ends.
     Field(Box<Expr>, String),
-    /// A member of a family, `socket[hole]`.
+    /// A member of a family, `socket[hole]`, `socket['front/0']`.
     Index {
         /// The family.
         family: String,
-        /// The names of its key columns, at least one.
-        keys: Vec<Ident>,
+        /// The names of its key columns, or texts that are keys themselves; at least one.
+        keys: Vec<Key>,
     },
     /// A call of a function or chain.
     Call {
@@ -62,6 +62,17 @@ pub struct Ident {
     /// The name.
     pub name: String,
     /// Where it stands.
+    pub span: Range<usize>,
+}
+
+/// What stands in the brackets after a family's name, and its place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Key {
+    /// The name, or the text between the quotes, two of which stand for one.
+    pub name: String,
+    /// Whether it stands in quotes, `'front/0'`.
+    pub quoted: bool,
+    /// Where it stands, quotes included.
     pub span: Range<usize>,
 }
 
@@ -177,7 +188,7 @@ fn same_head(a: &ExprKind, b: &ExprKind) -> bool {
         (Number { value: a, unit: u }, Number { value: b, unit: v }) => a.to_bits() == b.to_bits() && u == v,
         (Name(a), Name(b)) | (Field(_, a), Field(_, b)) => a == b,
         (Index { family: a, keys: k }, Index { family: b, keys: l }) => {
-            a == b && k.iter().map(|key| &key.name).eq(l.iter().map(|key| &key.name))
+            a == b && k.iter().map(|key| (&key.name, key.quoted)).eq(l.iter().map(|key| (&key.name, key.quoted)))
         }
         (Call { function: a, .. }, Call { function: b, .. }) => a == b,
         (Negate(_), Negate(_)) => true,

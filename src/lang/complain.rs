@@ -25,6 +25,11 @@ impl Parser<'_> {
                 let error = ParseError::new(ParseErrorKind::UnexpectedCharacter, self.token.span.clone(), message);
                 error.hint("a vector is written `vec(x, y, z)`")
             }
+            TokenKind::Text(_) => {
+                let message = "a text in quotes is the key of a family's member, in `[…]`";
+                ParseError::new(ParseErrorKind::UnexpectedCharacter, self.token.span.clone(), message)
+            }
+            TokenKind::Comparison(_) if self.brackets > 0 => self.inside_brackets(),
             TokenKind::End if before == "(" => self.unclosed(&self.previous),
             TokenKind::CloseRound | TokenKind::CloseSquare if self.brackets == 0 => self.unexpected(),
             _ if before == "(" && token == ")" => {
@@ -32,7 +37,9 @@ impl Parser<'_> {
             }
             TokenKind::Operator(Op::Add) => missing(self.here(), "there is nothing in front of `+`".to_owned())
                 .hint("a number needs no `+` in front"),
-            TokenKind::Operator(_) | TokenKind::Comma if matches!(before, "" | "(" | ",") => {
+            TokenKind::Operator(_) | TokenKind::Comma | TokenKind::Comparison(_)
+                if matches!(before, "" | "(" | ",") =>
+            {
                 missing(self.here(), format!("there is nothing in front of `{token}`"))
             }
             TokenKind::Dot => missing(self.here(), "there is nothing in front of `.`".to_owned()),
@@ -48,6 +55,7 @@ impl Parser<'_> {
             TokenKind::CloseRound | TokenKind::CloseSquare => {
                 error(ParseErrorKind::UnopenedBracket, format!("`{token}` closes nothing"))
             }
+            TokenKind::Comparison(_) if self.brackets > 0 => self.inside_brackets(),
             TokenKind::Comma => {
                 let found = error(ParseErrorKind::TrailingText, "the comma is not between arguments".to_owned());
                 found.hint("decimals follow a point, as in `0.5`")
@@ -64,6 +72,12 @@ impl Parser<'_> {
                 }
             }
         }
+    }
+
+    /// The error for a comparison where brackets are open.
+    fn inside_brackets(&self) -> ParseError {
+        let message = format!("`{}` stands between the sides, not in brackets", &self.text[self.token.span.clone()]);
+        ParseError::new(ParseErrorKind::Comparison, self.token.span.clone(), message)
     }
 
     /// Whether the token before is a number.

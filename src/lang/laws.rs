@@ -28,7 +28,8 @@ fn numbers() -> impl Strategy<Value = ExprKind> {
 
 fn trees_of_all_kinds() -> impl Strategy<Value = Expr> {
     let bare = |kind| Expr { kind, span: 0..0 };
-    let keys = prop::collection::vec(names().prop_map(|name| Ident { name, span: 0..0 }), 1..3);
+    let key = prop_oneof![names().prop_map(|name| (name, false)), "[a-zA-Z0-9/' .]{0,4}".prop_map(|text| (text, true))];
+    let keys = prop::collection::vec(key.prop_map(|(name, quoted)| Key { name, quoted, span: 0..0 }), 1..3);
     let index = (names(), keys).prop_map(|(family, keys)| ExprKind::Index { family, keys });
     let leaf = prop_oneof![numbers(), names().prop_map(ExprKind::Name), index].prop_map(bare);
     leaf.prop_recursive(8, 64, 3, move |inner| {
@@ -92,6 +93,22 @@ proptest! {
     }
 
     #[test]
+    fn print_then_parse_of_relations_is_the_same(
+        sides in prop::collection::vec(trees_of_all_kinds(), 2..4),
+        comparison in prop::sample::select(Comparison::ALL.to_vec()),
+    ) {
+        let sides = if comparison == Comparison::Equal { sides[..2].to_vec() } else { sides };
+        let text = Relation { comparison, sides: sides.clone() }.to_string();
+        let again = parse_relation(&text);
+        let same = |again: &Relation| {
+            again.comparison == comparison
+                && again.sides.len() == sides.len()
+                && again.sides.iter().zip(&sides).all(|(again, side)| again.same(side))
+        };
+        prop_assert!(again.as_ref().is_ok_and(same), "{text}\n{again:?}");
+    }
+
+    #[test]
     fn no_text_panics(text in ".{0,40}") {
         if let Err(error) = parse(&text) {
             check_error(&text, &error)?;
@@ -99,11 +116,14 @@ proptest! {
         if let Err(error) = parse_signature(&text) {
             check_error(&text, &error)?;
         }
+        if let Err(error) = parse_relation(&text) {
+            check_error(&text, &error)?;
+        }
     }
 
     #[test]
     fn no_soup_of_tokens_panics(parts in prop::collection::vec(prop::sample::select(vec![
-        "(", ")", "[", "]", ",", ".", "+", "-", "−", "*", "/", "^", "**", "<=", "=", " ", "a", "φ", "e", "E", "1", "2.5", "1e9", "°", "'",
+        "(", ")", "[", "]", ",", ".", "+", "-", "−", "*", "/", "^", "**", "<=", "=", ">=", "<", "'", " ", "a", "φ", "e", "E", "1", "2.5", "1e9", "°", "'",
         "\"", "′", "%", "mm", "m", "s", "h", "µm", "0.3", "99", "²", "º", "\u{301}",
     ]), 0..24)) {
         let text = parts.concat();
@@ -115,6 +135,10 @@ proptest! {
             Err(error) => check_error(&text, &error)?,
         }
         let _ = parse_signature(&text);
+        match parse_relation(&text) {
+            Ok(relation) => prop_assert!(parse_relation(&relation.to_string()).is_ok(), "{text} → {relation}"),
+            Err(error) => check_error(&text, &error)?,
+        }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::number::number;
+use super::relation::{self, Comparison};
 use super::{Op, ParseError, ParseErrorKind};
 use crate::unit::Unit;
 
@@ -20,6 +21,10 @@ pub(super) enum TokenKind {
     Number { value: f64, unit: Option<(String, Unit)> },
     /// A name.
     Name(String),
+    /// A text in single quotes, which a key may be.
+    Text(String),
+    /// `=`, `<=`, `>=`, between the sides of a relation only.
+    Comparison(Comparison),
     /// An operator; `-` also stands before operands.
     Operator(Op),
     /// `(`
@@ -66,11 +71,13 @@ fn starts_name(c: char) -> bool {
 pub(super) struct Lexer<'a> {
     text: &'a str,
     at: usize,
+    /// Whether the text is a relation, in which `=`, `<=` and `>=` have a meaning.
+    relation: bool,
 }
 
 impl<'a> Lexer<'a> {
-    pub(super) fn new(text: &'a str) -> Lexer<'a> {
-        Lexer { text, at: 0 }
+    pub(super) fn new(text: &'a str, relation: bool) -> Lexer<'a> {
+        Lexer { text, at: 0, relation }
     }
 
     /// The next token; after the end, the end again.
@@ -87,6 +94,14 @@ impl<'a> Lexer<'a> {
                 let length = name_length(rest);
                 (TokenKind::Name(rest[..length].to_owned()), start + length)
             }
+            Some('\'') => {
+                let (text, length) = quoted(rest).map_err(|error| error.at(start))?;
+                (TokenKind::Text(text), start + length)
+            }
+            Some(_) if self.relation && relation::begins(rest) => {
+                let (comparison, length) = relation::comparison(rest).map_err(|error| error.at(start))?;
+                (TokenKind::Comparison(comparison), start + length)
+            }
             Some(c) => (sign(c, rest).map_err(|error| error.at(start))?, start + c.len_utf8()),
         };
         self.at = end;
@@ -96,6 +111,23 @@ impl<'a> Lexer<'a> {
 
 fn starts_number(text: &str) -> bool {
     text.strip_prefix('.').unwrap_or(text).starts_with(|c: char| c.is_ascii_digit())
+}
+
+/// The text in single quotes at the start, and how long it is with them. Two quotes inside stand for one.
+fn quoted(rest: &str) -> Result<(String, usize), ParseError> {
+    let mut text = String::new();
+    let mut at = 1;
+    while let Some(length) = rest[at..].find('\'') {
+        text.push_str(&rest[at..at + length]);
+        at += length + 1;
+        if !rest[at..].starts_with('\'') {
+            return Ok((text, at));
+        }
+        text.push('\'');
+        at += 1;
+    }
+    Err(ParseError::new(ParseErrorKind::UnexpectedCharacter, 0..1, "the text in quotes does not end")
+        .hint("a unit follows its number; quotes are around the key of a family's member: `family['key']`"))
 }
 
 /// The token of a single character `c` at the start of `rest`.
@@ -117,19 +149,26 @@ fn sign(c: char, rest: &str) -> Result<TokenKind, ParseError> {
     })
 }
 
+/// Where comparisons stand.
+const CONDITIONS: &str = "conditions on parameters stand under `constraints`";
+
 /// Signs that other languages have: what they are, and what to write here.
 const FOREIGN: &[(&str, ParseErrorKind, &str)] = &[
     ("**", ParseErrorKind::DoubleStar, "write `^` for a power"),
-    ("<=", ParseErrorKind::Comparison, ""),
-    (">=", ParseErrorKind::Comparison, ""),
-    ("==", ParseErrorKind::Comparison, ""),
-    ("!=", ParseErrorKind::Comparison, ""),
-    ("<", ParseErrorKind::Comparison, ""),
-    (">", ParseErrorKind::Comparison, ""),
-    ("≤", ParseErrorKind::Comparison, ""),
-    ("≥", ParseErrorKind::Comparison, ""),
-    ("≠", ParseErrorKind::Comparison, ""),
-    ("=", ParseErrorKind::Assignment, "give an expression a name under `define`"),
+    ("<=", ParseErrorKind::Comparison, CONDITIONS),
+    (">=", ParseErrorKind::Comparison, CONDITIONS),
+    ("==", ParseErrorKind::Comparison, CONDITIONS),
+    ("!=", ParseErrorKind::Comparison, CONDITIONS),
+    ("<", ParseErrorKind::Comparison, CONDITIONS),
+    (">", ParseErrorKind::Comparison, CONDITIONS),
+    ("≤", ParseErrorKind::Comparison, CONDITIONS),
+    ("≥", ParseErrorKind::Comparison, CONDITIONS),
+    ("≠", ParseErrorKind::Comparison, CONDITIONS),
+    (
+        "=",
+        ParseErrorKind::Assignment,
+        "give an expression a name under `define`, and write a condition on parameters under `constraints`",
+    ),
     ("{", ParseErrorKind::UnexpectedCharacter, "write `(` to group"),
     ("}", ParseErrorKind::UnexpectedCharacter, "write `)` to group"),
     (
@@ -139,7 +178,6 @@ const FOREIGN: &[(&str, ParseErrorKind, &str)] = &[
     ),
     ("°", ParseErrorKind::UnexpectedCharacter, "a unit follows a number; write `x * 1 deg`"),
     ("\"", ParseErrorKind::UnexpectedCharacter, "a unit follows its number; there are no texts in expressions"),
-    ("'", ParseErrorKind::UnexpectedCharacter, "a unit follows its number; there are no texts in expressions"),
     ("–", ParseErrorKind::UnexpectedCharacter, "write `-` for minus"),
     ("²", ParseErrorKind::UnexpectedCharacter, "write `^2`"),
     ("³", ParseErrorKind::UnexpectedCharacter, "write `^3`"),

@@ -12,6 +12,8 @@
 //! | `a ^ b` | from the right; its exponent may begin with `-` |
 //! | `a.x`, `family[k, l]`, `f(a, b)` | tightest |
 //!
+//! A relation, `0 <= a + b <= 3 mm`, compares two or three of them: [`parse_relation`].
+//!
 //! A number takes the unit that follows it, with or without a space: `9.8 m/s^2`, `90°`, `12°34'56.7"`. The unit is the
 //! longest that can be read without a space, so `2 m*s` are metre-seconds, and `2 m * s` is a product with `s`.
 //!
@@ -35,13 +37,15 @@ mod lex;
 mod number;
 mod parse;
 mod print;
+mod relation;
 mod signature;
 #[cfg(test)]
 mod tests;
 
-pub use ast::{Expr, ExprKind, Ident, Op};
+pub use ast::{Expr, ExprKind, Ident, Key, Op};
 pub use error::{ParseError, ParseErrorKind};
 pub use lex::is_name;
 pub use parse::{MAX_DEPTH, parse};
 pub use print::print;
+pub use relation::{Comparison, Relation, parse_relation};
 pub use signature::{Signature, parse_signature};

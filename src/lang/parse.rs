@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::ast::level;
 use super::lex::{Lexer, Token, TokenKind};
-use super::{Expr, ExprKind, Ident, Op, ParseError, ParseErrorKind};
+use super::{Expr, ExprKind, Ident, Key, Op, ParseError, ParseErrorKind};
 
 /// The greatest height of a tree that [`parse()`] gives, and the deepest nesting of brackets it reads; whoever walks a tree
 /// by recursion is safe.
@@ -21,7 +21,7 @@ pub const MAX_DEPTH: usize = 200;
 /// # Ok::<(), phical::lang::ParseError>(())
 /// ```
 pub fn parse(text: &str) -> Result<Expr, ParseError> {
-    let mut parser = Parser::new(text)?;
+    let mut parser = Parser::new(text, false)?;
     if parser.token.kind == TokenKind::End {
         let all = 0..text.len();
         return Err(ParseError::new(ParseErrorKind::Empty, all, "there is no expression"));
@@ -58,8 +58,8 @@ pub(super) struct Parser<'a> {
 }
 
 impl<'a> Parser<'a> {
-    pub(super) fn new(text: &'a str) -> Result<Parser<'a>, ParseError> {
-        let mut lexer = Lexer::new(text);
+    pub(super) fn new(text: &'a str, relation: bool) -> Result<Parser<'a>, ParseError> {
+        let mut lexer = Lexer::new(text, relation);
         let token = lexer.next()?;
         Ok(Parser { text, lexer, token, previous: 0..0, brackets: 0, pending: 0 })
     }
@@ -69,6 +69,11 @@ impl<'a> Parser<'a> {
         let next = self.lexer.next()?;
         self.previous = std::mem::replace(&mut self.token, next).span;
         Ok(self.previous.clone())
+    }
+
+    /// A whole expression, up to what cannot go on with it.
+    pub(super) fn side(&mut self) -> Result<Expr, ParseError> {
+        self.expression(level::SUM).map(|parsed| parsed.expr)
     }
 
     /// An operand and the operators after it that bind at least as tightly as `least`.
@@ -182,9 +187,33 @@ impl<'a> Parser<'a> {
     /// The keys of a member.
     fn index(&mut self, family: String, start: usize) -> Result<Parsed, ParseError> {
         let open = self.open()?;
-        let keys = self.names("the name of a key column")?;
+        let mut keys = vec![self.key("stand here")?];
+        while self.token.kind == TokenKind::Comma {
+            self.advance()?;
+            keys.push(self.key("follow the comma")?);
+        }
         self.close(&open, TokenKind::CloseSquare)?;
         self.node(ExprKind::Index { family, keys }, start, 1, &open)
+    }
+
+    /// The name of a key column, or a key in quotes.
+    fn key(&mut self, what: &str) -> Result<Key, ParseError> {
+        let (name, quoted) = match &self.token.kind {
+            TokenKind::Name(name) => (name.clone(), false),
+            TokenKind::Text(text) => (text.clone(), true),
+            _ => {
+                let complaint = format!("the name of a key column, or a key in quotes, has to {what}");
+                let error = ParseError::new(ParseErrorKind::ExpectedName, self.here(), complaint);
+                return Err(match self.token.kind {
+                    TokenKind::Number { .. } => {
+                        error.hint(format!("write it in quotes: `'{}'`", &self.text[self.token.span.clone()]))
+                    }
+                    _ => error,
+                });
+            }
+        };
+        let span = self.advance()?;
+        Ok(Key { name, quoted, span })
     }
 
     /// Names between commas, at least one.

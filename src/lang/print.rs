@@ -3,7 +3,7 @@
 use std::fmt::{self, Write};
 
 use super::ast::level;
-use super::{Expr, ExprKind, Ident, Op};
+use super::{Expr, ExprKind, Key, Op};
 
 /// Writes an expression with the fewest brackets that [`parse`](super::parse()) needs to read the same tree, apart from
 /// brackets that keep a reader from mistaking `(2 mm)^2` for square millimetres and `(2).x` for a number.
@@ -52,7 +52,10 @@ fn write_bare(f: &mut fmt::Formatter<'_>, expr: &Expr) -> fmt::Result {
         }
         ExprKind::Index { family, keys } => {
             write!(f, "{family}[")?;
-            separated(f, keys, |f, Ident { name, .. }| f.write_str(name))?;
+            separated(f, keys, |f, Key { name, quoted, .. }| match quoted {
+                true => write!(f, "'{}'", name.replace('\'', "''")),
+                false => f.write_str(name),
+            })?;
             f.write_char(']')
         }
         ExprKind::Call { function, arguments, .. } => {

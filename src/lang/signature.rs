@@ -25,7 +25,7 @@ pub struct Signature {
 /// # Ok::<(), phical::lang::ParseError>(())
 /// ```
 pub fn parse_signature(text: &str) -> Result<Signature, ParseError> {
-    let mut parser = Parser::new(text)?;
+    let mut parser = Parser::new(text, false)?;
     if parser.token.kind == TokenKind::End {
         let error = ParseError::new(ParseErrorKind::Empty, 0..text.len(), "there is no function head");
         return Err(error.hint("write `name(a, b)`"));

@@ -3,6 +3,9 @@
 use super::ParseErrorKind::*;
 use super::*;
 
+type Sign = super::relation::Comparison;
+const COMPARED: ParseErrorKind = ParseErrorKind::Comparison;
+
 /// The tree in prefix form.
 fn lisp(expr: &Expr) -> String {
     let list = |head: &str| expr.children().fold(head.to_owned(), |text, child| text + " " + &lisp(child));
@@ -145,9 +148,9 @@ fn mistakes() {
         ("2‹x›", UnknownUnit, "`2*x`"),
         ("20 ‹°C›", UnknownUnit, "not a unit"),
         ("2 ‹m^1.7› + x", UnknownUnit, "multiples of a half"),
-        ("a ‹<› b", Comparison, "comparison-free"),
-        ("a ‹<=› b", Comparison, "comparison-free"),
-        ("a ‹==› b", Comparison, "comparison-free"),
+        ("a ‹<› b", COMPARED, "comparison-free"),
+        ("a ‹<=› b", COMPARED, "comparison-free"),
+        ("a ‹==› b", COMPARED, "comparison-free"),
         ("a ‹=› b", Assignment, "define"),
         ("a‹**›2", DoubleStar, "`^`"),
     ] {
@@ -159,6 +162,56 @@ fn mistakes() {
         let said = format!("{} / {}", error.message, error.hint.unwrap_or_default());
         assert!(said.contains(word), "{text}: {said}");
         assert!(!error.message.ends_with('.'), "{text}: {said}");
+    }
+}
+
+#[test]
+fn relations() {
+    for (text, comparison, sides) in [
+        ("a = b", Sign::Equal, &["a", "b"][..]),
+        ("a <= b + 1", Sign::AtMost, &["a", "(+ b 1)"]),
+        ("a≥b", Sign::AtLeast, &["a", "b"]),
+        ("0.1 mm <= a <= 3mm", Sign::AtMost, &["0.1_mm", "a", "3_mm"]),
+        ("3 >= -a >= 1", Sign::AtLeast, &["3", "(neg a)", "1"]),
+        ("s['front/0'].z = s[b, 'it''s']", Sign::Equal, &["(. [s front/0] z)", "[s b it's]"]),
+        ("s['a<=b'] = 12°30'", Sign::Equal, &["[s a<=b]", "12.5_°"]),
+    ] {
+        let relation = parse_relation(text).unwrap_or_else(|error| panic!("{text}: {error}"));
+        assert_eq!(relation.comparison, comparison, "{text}");
+        assert_eq!(relation.sides.iter().map(lisp).collect::<Vec<_>>(), sides, "{text}");
+    }
+}
+
+#[test]
+fn mistakes_of_relations_have_a_place() {
+    for (marked, kind, word) in [
+        ("‹›", Empty, "a <= b"),
+        ("‹a + b›", MissingOperator, "a <= b"),
+        ("a ‹==› b", COMPARED, "write `=`"),
+        ("a ‹<› b", COMPARED, "write `<=`"),
+        ("a ‹>› b", COMPARED, "write `>=`"),
+        ("a ‹=>› b", COMPARED, "write `>=`"),
+        ("a ‹!=› b", COMPARED, "restricts nothing"),
+        ("a = b ‹=› c", COMPARED, "two constraints"),
+        ("a = b ‹<=› c", COMPARED, "two constraints"),
+        ("a <= b ‹>=› c", COMPARED, "same way"),
+        ("a <= b <= c ‹<=› d", COMPARED, "two ends"),
+        ("(a ‹=› b) + c", COMPARED, "brackets"),
+        ("f(a ‹<=› b)", COMPARED, "brackets"),
+        ("‹=› b", MissingOperand, "in front of `=`"),
+        ("a ‹<=›", MissingOperand, "after `<=`"),
+        ("a = b ‹c›", MissingOperator, "in front of `c`"),
+        ("s[‹'›a] = b", UnexpectedCharacter, "does not end"),
+        ("‹'a'› = b", UnexpectedCharacter, "member"),
+        ("s[‹1›] = b", ExpectedName, "`'1'`"),
+    ] {
+        let start = marked.find('‹').unwrap();
+        let text = marked.replace(['‹', '›'], "");
+        let end = marked.find('›').unwrap() - '‹'.len_utf8();
+        let error = parse_relation(&text).expect_err(&text);
+        assert_eq!((error.kind, error.span.clone()), (kind, start..end), "{text}: {error}");
+        let said = format!("{} / {}", error.message, error.hint.unwrap_or_default());
+        assert!(said.contains(word), "{text}: {said}");
     }
 }
 

@@ -66,6 +66,8 @@ record! {
         pub functions: Map<Text>,
         /// Named expressions that every measurement may use.
         pub define: Map<Text>,
+        /// Conditions that the parameters meet.
+        pub constraints: Map<Text>,
         /// What was measured and what must vanish.
         pub measurements: Map<Measurement>,
         /// How data are made up.

@@ -8,13 +8,13 @@ use crate::compile::{Distribution, KeyDistribution};
 
 /// The random numbers of one purpose.
 #[derive(Debug)]
-pub(super) struct Stream {
+pub(crate) struct Stream {
     random: ChaCha8Rng,
 }
 
 impl Stream {
     /// The stream of a purpose.
-    pub(super) fn new(seed: u64, purpose: &str) -> Self {
+    pub(crate) fn new(seed: u64, purpose: &str) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(number(purpose));
         Stream { random }
@@ -46,6 +46,22 @@ impl Stream {
     /// A number of the standard normal distribution.
     pub(super) fn normal(&mut self) -> f64 {
         self.random.sample(StandardNormal)
+    }
+
+    /// A number from 0 to 1.
+    pub(crate) fn share(&mut self) -> f64 {
+        self.random.random()
+    }
+
+    /// The numbers below `count` in a random order (Fisher & Yates; Durstenfeld 1964).
+    pub(crate) fn order(&mut self, count: usize) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..count).collect();
+        for last in (1..count).rev() {
+            // by 64 bits, so that machines of any word size agree
+            let other = self.random.random_range(0..=last as u64) as usize;
+            order.swap(last, other);
+        }
+        order
     }
 
     fn choice<'d, T>(&mut self, all: &'d [T]) -> Option<&'d T> {

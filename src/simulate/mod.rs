@@ -21,4 +21,5 @@ mod rows;
 mod tests;
 mod truth;
 
+pub(crate) use draw::Stream;
 pub use rows::{MOST_READINGS, Options, Simulated, simulate};

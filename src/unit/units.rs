@@ -106,6 +106,21 @@ impl Units {
     pub fn to_reported(&self, value: f64, dimension: Dimension) -> f64 {
         self.from_internal(value, self.unit(dimension))
     }
+
+    /// The same as text for a message: ten digits and the unit.
+    pub fn shown(&self, value: f64, dimension: Dimension) -> String {
+        let reported = self.to_reported(value, dimension);
+        // rounding of the conversion is nothing to show
+        let short = format!("{reported:.9e}").parse::<f64>().unwrap_or(reported);
+        let number = match short.abs() {
+            size if size == 0.0 || (1e-4..1e15).contains(&size) => format!("{short}"),
+            _ => format!("{short:e}"),
+        };
+        match self.symbol(dimension).as_str() {
+            "1" => number,
+            symbol => format!("{number} {symbol}"),
+        }
+    }
 }
 
 /// The double within a few steps of `guess` that `of` takes nearest to `wanted`.

@@ -246,8 +246,9 @@ fn model() -> BoxedStrategy<Model> {
         .prop_map(|(seed, truth, measurements)| Scenario { seed, truth, measurements, span: Span::default() });
     let head = (any_text(), of(any_text()), of(any_text()), of(quantity()));
     let joints = map(vec(joint(), 0..3));
-    (head, joints, map(parameter()), map(any_text()), map(any_text()), map(measurement()), map(scenario))
-        .prop_map(|(head, mut chains, parameters, functions, define, measurements, scenarios)| {
+    let texts = (map(any_text()), map(any_text()), map(any_text()));
+    (head, joints, map(parameter()), texts, map(measurement()), map(scenario))
+        .prop_map(|(head, mut chains, parameters, (functions, define, constraints), measurements, scenarios)| {
             let (name, source, unit, number) = head;
             unique(&mut chains);
             Model {
@@ -260,6 +261,7 @@ fn model() -> BoxedStrategy<Model> {
                 parameters,
                 functions,
                 define,
+                constraints,
                 measurements,
                 scenarios,
                 span: Span::default(),
