@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use crate::compile::Role;
 use crate::fit::{Fit, Tested, analyse_with};
 use crate::problem::{Problem, Undefined};
-use crate::solve::{Settings, StartError, minimise};
+use crate::solve::{Solver, StartError, Suited};
 
 /// The values to evaluate at, and the fit of the members estimated for it.
 #[derive(Clone, Debug)]
@@ -46,7 +46,7 @@ impl Members {
         coordinates: Vec<usize>,
     ) -> Result<Members, StartError<Undefined>> {
         let alone = problem.with_free(coordinates);
-        let solution = minimise(&alone, point, &Settings::default())?;
+        let solution = Suited::default().solve(&alone, point)?;
         let fit = analyse_with(&alone, solution, Tested::None).map_err(StartError::Undefined)?;
         Ok(Members { point: fit.point.clone(), fit: Some(fit) })
     }

@@ -2,6 +2,15 @@
 
 use crate::linalg::{LinalgError, Matrix, SquareRootInformation, dot, orthonormalise, solve_upper};
 
+/// What does not move to first order, beside what is invisible.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Held {
+    /// Whether each coordinate is on a bound.
+    pub on_bound: Vec<bool>,
+    /// The gradients of the constraints that hold as equations.
+    pub gradients: Vec<Vec<f64>>,
+}
+
 /// A covariance matrix of the free coordinates; zero rows and columns for those that are on a bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Covariance {
@@ -11,9 +20,9 @@ pub struct Covariance {
 }
 
 impl Covariance {
-    /// C of min ‖R δ + d‖ where coordinates with `active` do not move, and directions of `invisible` (orthonormal in
-    /// z = δ/scale) are those of the minimum-norm datum: C = S B (Mᵀ M)⁻¹ Bᵀ S with M = R S B, the columns of B an orthonormal
-    /// basis of what is visible.
+    /// C of min ‖R δ + d‖ where what is `held` does not move, and directions of `invisible` (orthonormal in z = δ/scale) are
+    /// those of the minimum-norm datum: C = S B (Mᵀ M)⁻¹ Bᵀ S with M = R S B, the columns of B an orthonormal basis of what is
+    /// visible and may move.
     ///
     /// # Errors
     /// Where what remains has no full rank.
@@ -21,35 +30,30 @@ impl Covariance {
         information: &SquareRootInformation,
         scale: &[f64],
         invisible: &[Vec<f64>],
-        active: &[bool],
+        held: &Held,
     ) -> Result<Covariance, LinalgError> {
         let n = scale.len();
+        let unit = |j: usize| {
+            let mut unit = vec![0.0; n];
+            unit[j] = 1.0;
+            unit
+        };
+        let scaled = |z: &[f64]| z.iter().zip(scale).map(|(z, s)| z * s).collect::<Vec<f64>>();
         let mut basis: Vec<Vec<f64>> = Vec::new();
-        if invisible.is_empty() {
+        if invisible.is_empty() && held.gradients.is_empty() {
             // the unit vectors themselves: no digit is lost to a change of basis
-            for j in (0..n).filter(|&j| !active[j]) {
-                let mut unit = vec![0.0; n];
-                unit[j] = scale[j];
-                basis.push(unit);
-            }
+            basis.extend((0..n).filter(|&j| !held.on_bound[j]).map(|j| scaled(&unit(j))));
         } else {
-            let mut seen = invisible.to_vec();
-            for j in (0..n).filter(|&j| active[j]) {
-                let mut unit = vec![0.0; n];
-                unit[j] = 1.0;
-                seen.push(unit);
-            }
+            let mut hidden = invisible.to_vec();
+            hidden.extend((0..n).filter(|&j| held.on_bound[j]).map(unit));
+            // aᵀδ = (S a)ᵀz
+            hidden.extend(held.gradients.iter().map(|gradient| scaled(gradient)));
+            orthonormalise(&mut hidden);
             // what Gram–Schmidt leaves of the unit vectors is the complement
-            let hidden = seen.len();
-            for j in 0..n {
-                let mut unit = vec![0.0; n];
-                unit[j] = 1.0;
-                seen.push(unit);
-            }
-            orthonormalise(&mut seen);
-            for vector in &seen[hidden.min(seen.len())..] {
-                basis.push(vector.iter().zip(scale).map(|(z, s)| z * s).collect());
-            }
+            let (fixed, mut all) = (hidden.len(), hidden);
+            all.extend((0..n).map(unit));
+            orthonormalise(&mut all);
+            basis.extend(all[fixed..].iter().map(|z| scaled(z)));
         }
         let k = basis.len();
         let columns: Vec<Vec<f64>> = basis.iter().map(|delta| information.r().mul_vec(delta)).collect();
@@ -111,13 +115,34 @@ mod tests {
         SquareRootInformation::from_rows(&Matrix::from_rows(3, rows), &vec![0.0; rows.len()]).unwrap()
     }
 
+    fn free() -> Held {
+        Held { on_bound: vec![false; 3], gradients: vec![] }
+    }
+
+    /// x and y measured with σ 1 and 2, x + y known: they are one measurement of the difference; the variance is 1/(1 + ¼).
+    #[test]
+    fn what_a_constraint_holds_has_no_variance() {
+        let all = information(&[[1.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 1.0]]);
+        let known = Held { gradients: vec![vec![3.0, 3.0, 0.0], vec![-1.0, -1.0, 0.0]], ..free() };
+        let c = Covariance::new(&all, &[1.0, 7.0, 0.1], &[], &known).unwrap();
+        for i in 0..2 {
+            assert!((c.sigma(i) - 0.8f64.sqrt()).abs() < 1e-14);
+        }
+        assert!(c.variance_of(&[1.0, 1.0, 0.0]) < 1e-28);
+        assert!((c.sigma(2) - 1.0).abs() < 1e-14);
+        let both = Held { on_bound: vec![true, false, false], ..known };
+        let c = Covariance::new(&all, &[1.0, 7.0, 0.1], &[], &both).unwrap();
+        assert!(c.sigma(0) < 1e-14 && c.sigma(1) < 1e-14 && (c.sigma(2) - 1.0).abs() < 1e-14);
+    }
+
     #[test]
     fn independent_measurements_have_their_own_variances() {
         let all = information(&[[2.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 0.5]]);
-        let c = Covariance::new(&all, &[1.0; 3], &[], &[false; 3]).unwrap();
+        let c = Covariance::new(&all, &[1.0; 3], &[], &free()).unwrap();
         assert_eq!([c.sigma(0), c.sigma(1), c.sigma(2)], [0.5, 0.25, 2.0]);
         assert_eq!(c.correlation(0, 1), Some(0.0));
-        let c = Covariance::new(&all, &[1.0; 3], &[], &[false, true, false]).unwrap();
+        let c = Covariance::new(&all, &[1.0; 3], &[], &Held { on_bound: vec![false, true, false], gradients: vec![] })
+            .unwrap();
         assert_eq!([c.sigma(0), c.sigma(1), c.sigma(2)], [0.5, 0.0, 2.0]);
     }
 
@@ -126,7 +151,7 @@ mod tests {
         // x − y is measured with σ = 1: at the datum x + y = const each moves by half of it
         let all = information(&[[1.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]);
         let half = 0.5f64.sqrt();
-        let c = Covariance::new(&all, &[1.0; 3], &[vec![half, half, 0.0]], &[false; 3]).unwrap();
+        let c = Covariance::new(&all, &[1.0; 3], &[vec![half, half, 0.0]], &free()).unwrap();
         for i in 0..2 {
             assert!((c.sigma(i) - 0.5).abs() < 1e-15);
         }

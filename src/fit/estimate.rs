@@ -2,10 +2,11 @@
 
 use super::covariance::Covariance;
 use super::observations::{Component, Observation, Observations, observations};
+use super::restraint::{self, Restraint};
+use super::starts::{Continuation, Starts};
 use super::verdict::Verdict;
 use super::warnings::warnings;
 use crate::diag::Diagnostics;
-use crate::linalg::Bound;
 use crate::problem::{Problem, PureError, Quantities, Undefined, Weights};
 use crate::solve::{Iteration, Solution, Status};
 use crate::statistics::{Criteria, Noise, Summary, Test, chi_squared_upper_tail, coverage_factor, lack_of_fit};
@@ -78,7 +79,7 @@ pub struct Fit {
     pub equations: usize,
     /// Free coordinates with a prior.
     pub priors: usize,
-    /// Equations + priors − rank of both.
+    /// Equations + priors + independent equations among the constraints − rank of all.
     pub dof: usize,
     /// √(2 cost/dof); none without degrees of freedom.
     pub sigma0: Option<f64>,
@@ -120,10 +121,20 @@ pub struct Fit {
     pub components: Vec<Component>,
     /// Whether the model leaves more than repeated rows scatter, where rows are repeated.
     pub lack_of_fit: Option<LackOfFit>,
+    /// What the search from several starts found, where asked for.
+    pub starts: Option<Starts>,
+    /// How far a continuation was followed, where asked for.
+    pub continuation: Option<Continuation>,
     /// For the comparison with other models of the same data.
     pub criteria: Option<Criteria>,
     /// How residuals were weighted.
     pub weights: Weights,
+    /// Bounds that hold a parameter, and all constraints.
+    pub restraints: Vec<Restraint>,
+    /// ‖gradient of the Lagrangian‖ / ‖r‖ in normalised columns; not a number where it could not be computed.
+    pub kkt: f64,
+    /// What was minimised, where not the sum of squares: nothing is known of uncertainties then.
+    pub norm: Option<String>,
     /// Singular values of the column-normalised Jacobian, largest first.
     pub singular_values: Vec<f64>,
     /// The final value of every coordinate, in internal units.
@@ -203,12 +214,13 @@ pub fn analyse_with(problem: &Problem, solution: Solution<Vec<f64>>, tested: Tes
         _ => problem.visible(q, false, &problem.linearised(q)?.information)?,
     };
     let invisible = &solution.invisible;
-    let active: Vec<bool> = solution.active.iter().map(|bound| *bound != Bound::Free).collect();
+    let restrained = restraint::held(&solution);
 
     let sums = problem.sums(q)?;
     let (equations, priors) = (sums.equations, problem.priors());
     let rank_of_both = n - invisible.len();
-    let dof = (equations + priors).saturating_sub(rank_of_both);
+    let conditions = restraint::equations(&solution, &scale);
+    let dof = (equations + priors + conditions).saturating_sub(rank_of_both);
     let real = problem.weights.are_real();
     let sigma0 = match problem.robust_rows() {
         true => sums.robust_sigma0(rank_of_both),
@@ -219,10 +231,10 @@ pub fn analyse_with(problem: &Problem, solution: Solution<Vec<f64>>, tested: Tes
         true => {
             let plain = problem.without_loss();
             let information = plain.with_priors(plain.linearised(q)?.information, q)?;
-            (Covariance::new(&information, &scale, invisible, &active).ok(), sums.robust_factor(rank_of_both))
+            (Covariance::new(&information, &scale, invisible, &restrained).ok(), sums.robust_factor(rank_of_both))
         }
         false => {
-            let declared = Covariance::new(&solution.information, &scale, invisible, &active).ok();
+            let declared = Covariance::new(&solution.information, &scale, invisible, &restrained).ok();
             (declared, if real { Some(1.0) } else { sigma0 })
         }
     };
@@ -254,7 +266,8 @@ pub fn analyse_with(problem: &Problem, solution: Solution<Vec<f64>>, tested: Tes
             let coordinate = &problem.layout.coordinates[c];
             let reported = |value: f64| units.to_reported(value, coordinate.dimension);
             let estimable = share(j) <= NOT_ESTIMABLE;
-            let sigma = covariance.as_ref().filter(|_| estimable && !active[j]).map(|c| reported(c.sigma(j)));
+            let sigma =
+                covariance.as_ref().filter(|_| estimable && !restrained.on_bound[j]).map(|c| reported(c.sigma(j)));
             let value = reported(q[c]);
             let half = sigma.map(|sigma| confidence.factor * sigma).filter(|half| half.is_finite());
             Estimate {
@@ -265,7 +278,7 @@ pub fn analyse_with(problem: &Problem, solution: Solution<Vec<f64>>, tested: Tes
                 sigma,
                 estimable,
                 at_datum: estimable && share(j) > AT_DATUM,
-                at_bound: active[j],
+                at_bound: restrained.on_bound[j],
                 nominal: reported(coordinate.nominal),
                 tolerance: reported(coordinate.tolerance),
                 reported: reported(1.0),
@@ -283,7 +296,11 @@ pub fn analyse_with(problem: &Problem, solution: Solution<Vec<f64>>, tested: Tes
         true => chi_squared(2.0 * solution.cost, dof),
         false => None,
     };
-    let all = Summary { sum_of_squares: 2.0 * solution.cost, equations: equations + priors, parameters: rank_of_both };
+    let all = Summary {
+        sum_of_squares: 2.0 * solution.cost,
+        equations: equations + priors + conditions,
+        parameters: rank_of_both,
+    };
     let noise = if real { Noise::Known } else { Noise::Unknown };
     let mut fit = Fit {
         status: solution.status,
@@ -295,7 +312,7 @@ pub fn analyse_with(problem: &Problem, solution: Solution<Vec<f64>>, tested: Tes
         sigma0,
         iterations: solution.iterations,
         rank: data.rank,
-        trace: solution.trace,
+        trace: solution.trace.clone(),
         parameters,
         held,
         null_directions: invisible.iter().map(|basis| direction(problem, basis)).collect(),
@@ -312,6 +329,11 @@ pub fn analyse_with(problem: &Problem, solution: Solution<Vec<f64>>, tested: Tes
         lack_of_fit,
         removed: Vec::new(),
         components: Vec::new(),
+        starts: None,
+        continuation: None,
+        restraints: restraint::restraints(problem, &solution),
+        kkt: solution.kkt,
+        norm: None,
         criteria: if problem.is_robust() { None } else { Criteria::new(&all, noise) },
         weights: problem.weights,
         singular_values: data.singular_values,

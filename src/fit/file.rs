@@ -6,6 +6,7 @@ use super::estimate::Fit;
 use super::observations::{ALPHA, Observation, Observations, POWER};
 use super::uncertainty::JointUncertainty;
 use crate::diag::{Code, DataPlace, Diagnostic, json as diagnostics_json};
+use crate::solve::{ConicStep, Restriction};
 
 /// What a fit file holds beside the fit itself.
 #[derive(Clone, Debug, Default)]
@@ -51,7 +52,7 @@ impl FitFile {
                 json!({
                     "iteration": t.iteration, "kind": t.kind.name(), "cost": t.cost, "trial_cost": t.trial_cost,
                     "predicted": t.predicted, "gain": t.gain, "damping": t.damping, "radius": t.radius,
-                    "step_norm": t.step_norm, "gradient": t.gradient, "accepted": t.accepted,
+                    "step_norm": t.step_norm, "gradient": t.gradient, "accepted": t.accepted, "conic": t.conic.as_ref().map(|step| conic(fit, step)),
                 })
             })
             .collect();
@@ -62,7 +63,7 @@ impl FitFile {
             fit.residual_rms.iter().map(|(name, rms, _)| (name.clone(), json!(rms))).collect();
         let units: Map<String, Value> =
             fit.residual_rms.iter().map(|(name, _, unit)| (name.clone(), json!(unit))).collect();
-        json!({
+        let mut all = json!({
             "status": fit.status.name(),
             "converged": fit.status.converged(),
             "trustworthy": verdict.trustworthy(),
@@ -99,12 +100,34 @@ impl FitFile {
             "trace": trace,
             "timings_ns": self.timings,
             "hold_out": self.hold_out,
+            "starts": fit.starts.as_ref().map(super::Starts::json),
+            "continuation": fit.continuation.map(|c| c.json()),
             "variance_components": components,
             "removed": fit.removed.iter().map(|o| observation_json(fit, o)).collect::<Vec<_>>(),
             "warnings": diagnostics_json(&fit.warnings),
             "provenance": self.provenance,
-        })
+        });
+        all["restraints"] = fit.restraints.iter().map(super::Restraint::json).collect();
+        all["kkt"] = json!(fit.kkt);
+        all["norm"] = json!(fit.norm);
+        all
     }
+}
+
+/// The conic program of a step: how it ended, and what held it.
+fn conic(fit: &Fit, step: &ConicStep) -> Value {
+    let constraints: Vec<&super::Restraint> = fit.restraints.iter().filter(|r| !r.bound).collect();
+    let name = |restriction: &Restriction| match *restriction {
+        Restriction::Lower(j) => json!({"parameter": fit.parameters[j].name, "bound": "lower"}),
+        Restriction::Upper(j) => json!({"parameter": fit.parameters[j].name, "bound": "upper"}),
+        Restriction::Constraint(i) => json!({"constraint": constraints.get(i).map(|r| &r.name)}),
+    };
+    let active = step.active.iter().map(|(restriction, multiplier)| {
+        let mut active = name(restriction);
+        active["multiplier"] = json!(multiplier);
+        active
+    });
+    json!({"status": step.status.name(), "iterations": step.iterations, "active": active.collect::<Vec<_>>()})
 }
 
 /// Names and matrix of the correlations; null where a coordinate has no variance or is not estimable.

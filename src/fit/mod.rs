@@ -11,7 +11,10 @@
 mod covariance;
 mod estimate;
 mod file;
+mod norm;
 mod observations;
+mod restraint;
+mod starts;
 mod uncertainty;
 mod verdict;
 mod warnings;
@@ -23,5 +26,7 @@ pub use estimate::{
 };
 pub use file::{FitFile, read_values};
 pub use observations::{ALPHA, Component, Group, INSEPARABLE, Observation, Observations, POWER, observations};
+pub use restraint::Restraint;
+pub use starts::{Continuation, Minimum, Starts};
 pub use uncertainty::{JointUncertainty, Stated};
 pub use verdict::Verdict;

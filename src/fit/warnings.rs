@@ -7,7 +7,7 @@ use crate::diag::{Code, Diagnostic, Diagnostics};
 pub(super) fn warnings(fit: &Fit, n: usize, projected: bool) -> Diagnostics {
     let mut warnings = Diagnostics::new();
     if projected {
-        warnings.push(Diagnostic::warning(Code::StartProjected, "the start was moved into its bounds"));
+        warnings.push(Diagnostic::warning(Code::StartProjected, "the start was moved onto its bounds and constraints"));
     }
     if fit.equations + fit.priors < n {
         let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });

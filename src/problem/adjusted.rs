@@ -12,6 +12,8 @@ use crate::unit::{Base, Dimension};
 /// Corrections are solved for again until the residuals are this small a share of what they were.
 const CONSISTENT: f64 = 1e-13;
 const ITERATIONS: usize = 12;
+/// Residuals that are this small a share of what they were have vanished.
+const MET: f64 = 1e-6;
 
 /// Moves the inputs of rows to where their residuals vanish.
 pub(super) struct Adjuster<'a> {
@@ -55,11 +57,11 @@ impl<'a> Adjuster<'a> {
         Adjuster { pass, state, residuals: measurement.residuals.len(), scale }
     }
 
-    /// Moves the readings of a span of rows.
-    pub(super) fn adjust(&mut self, combination: &[u32], readings: &mut [f64]) {
+    /// Moves the readings of a span of rows; for each row, whether its residuals vanish there.
+    pub(super) fn adjust(&mut self, combination: &[u32], readings: &mut [f64]) -> Vec<bool> {
         let (m, width) = (self.residuals, self.scale.len());
         if width == 0 {
-            return;
+            return vec![false; combination.len()];
         }
         let start = |row: &[f64]| Search { first: None, least: f64::INFINITY, best: row.to_vec(), ended: false };
         let mut searches: Vec<Search> = readings.chunks_exact(width).map(start).collect();
@@ -88,9 +90,10 @@ impl<'a> Adjuster<'a> {
                 break;
             }
         }
-        for (inputs, search) in readings.chunks_exact_mut(width).zip(searches) {
+        for (inputs, search) in readings.chunks_exact_mut(width).zip(&searches) {
             inputs.copy_from_slice(&search.best);
         }
+        searches.iter().map(Search::met).collect()
     }
 }
 
@@ -108,6 +111,10 @@ impl Search {
         self.least = size;
         self.best.copy_from_slice(inputs);
         size > CONSISTENT * first
+    }
+
+    fn met(&self) -> bool {
+        self.first.is_some_and(|first| self.least <= MET * first)
     }
 }
 

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::block::{Block, Weighting, member};
+use super::constraints::Conditions;
 use super::execution::Execution;
 use super::layout::Layout;
 use super::noise::{Factors, Noise, residual_group};
@@ -58,6 +59,8 @@ pub struct Options {
     pub selection: Selection,
     /// With which instructions, and by how many threads.
     pub execution: Execution,
+    /// Whether the model's constraints are left out, as where values are taken as they are and nothing is searched for.
+    pub unconstrained: bool,
 }
 
 impl<'p> Problem<'p> {
@@ -88,24 +91,40 @@ impl<'p> Problem<'p> {
                 diagnostics.push(Diagnostic::error(Code::FieldCount, message));
             }
         }
+        let groups = if options.unconstrained { None } else { Conditions::groups(program, &layout, &mut diagnostics) };
         if diagnostics.has_errors() {
             return Err(diagnostics);
         }
         let weights = decide_weights(program, measurements(), options.weights, &mut diagnostics);
         for (c, coordinate) in layout.coordinates.iter().enumerate() {
             let inside = start[c].clamp(coordinate.min, coordinate.max);
-            if coordinate.role == Role::Free && inside != start[c] {
-                let message =
-                    format!("`{}` starts outside its bounds and was moved to the nearest of them", coordinate.name);
-                diagnostics.push(Diagnostic::warning(Code::StartProjected, message));
-                start[c] = inside;
+            if inside == start[c] {
+                continue;
             }
+            let shown = |value: f64| program.units.shown(value, coordinate.dimension);
+            let (name, value, nearest) = (&coordinate.name, shown(start[c]), shown(inside));
+            let beyond = if start[c] < inside { "below its least" } else { "above its most" };
+            let found = match coordinate.role {
+                Role::Free => {
+                    start[c] = inside;
+                    let message = format!("`{name}` starts at {value}, {beyond}, and was moved to {nearest}");
+                    Diagnostic::warning(Code::StartProjected, message)
+                }
+                Role::Held => {
+                    let message = format!("`{name}` is held at {value}, {beyond}, which is {nearest}");
+                    Diagnostic::warning(Code::HeldOutside, message)
+                }
+            };
+            let parameter = &program.parameters[layout.groups[coordinate.group].parameter];
+            diagnostics.push(found.at(&program.source, parameter.span));
         }
         if diagnostics.has_errors() {
             return Err(diagnostics);
         }
         let free: Vec<usize> =
             (0..layout.coordinates.len()).filter(|&c| layout.coordinates[c].role == Role::Free).collect();
+        let conditions = groups.map(|groups| Conditions::new(program, groups, &layout, &free)).unwrap_or_default();
+        conditions.check_held(program, &layout, &start, &mut diagnostics);
         let scale = free.iter().map(|&c| layout.coordinates[c].tolerance).collect();
         let mut blocks = Vec::with_capacity(tables.len());
         for (index, table) in tables {
@@ -121,15 +140,19 @@ impl<'p> Problem<'p> {
             return Err(diagnostics);
         }
         let execution = options.execution.clone();
-        Ok((Problem { program, layout, blocks, weights, start, free, scale, execution }, diagnostics))
+        Ok((
+            Problem { program, layout, blocks, weights, start, free, conditions, scale, execution, absorbed: None },
+            diagnostics,
+        ))
     }
 
-    /// The same rows with other coordinates free.
+    /// The same rows with other coordinates free. Constraints in which nothing is free any more are left out.
     pub fn with_free(&self, free: Vec<usize>) -> Problem<'p> {
         let scale = free.iter().map(|&c| self.layout.coordinates[c].tolerance).collect();
         // what is differentiated changes
         let blocks = self.blocks.iter().map(Block::anew).collect();
-        Problem { free, scale, blocks, ..self.clone() }
+        let conditions = self.conditions.with_free(self.program, &self.layout, &free);
+        Problem { free, conditions, scale, blocks, ..self.clone() }
     }
 
     /// Whether all residuals have a value at a point.

@@ -35,6 +35,8 @@ pub struct Block<'p> {
     pub(super) robust: Option<Robust>,
     /// Rows that take no part, as numbers, in order.
     pub(super) excluded: Arc<Vec<usize>>,
+    /// How many times rows count, where that is not once.
+    pub(super) counted: Arc<HashMap<usize, f64>>,
     pub(super) seen: Seen<'p>,
     pub(super) execution: Execution,
     /// For each combination of members: the group of each slot.
@@ -117,6 +119,7 @@ impl<'p> Block<'p> {
             loss,
             robust,
             excluded: Arc::default(),
+            counted: Arc::default(),
             seen: Seen { program, measurement },
             execution,
             combinations: Vec::new(),
@@ -153,9 +156,32 @@ impl<'p> Block<'p> {
         Ok(())
     }
 
+    /// Adds a row whose combination of names is known; whether it is.
+    pub(super) fn push(&mut self, names: &[&str], readings: &[f64], line: Option<usize>) -> bool {
+        let number = |&key: &usize| self.table.names(key).iter().position(|known| known == names[key]);
+        let numbers: Option<Vec<u32>> = self.keys.iter().map(|key| number(key).map(|at| at as u32)).collect();
+        let known = numbers.is_some_and(|numbers| self.known.contains_key(&numbers));
+        // without rows there is no combination yet
+        let known = known && !self.combinations.is_empty();
+        if known {
+            Arc::make_mut(&mut self.table).push(names, readings, line);
+        }
+        known
+    }
+
     /// Whether a row takes no part.
     pub(super) fn excludes(&self, row: usize) -> bool {
         !self.excluded.is_empty() && self.excluded.binary_search(&row).is_ok()
+    }
+
+    /// Whether every row that takes part counts once.
+    pub(super) fn counts_once(&self) -> bool {
+        self.counted.is_empty()
+    }
+
+    /// How many times a row counts that takes part.
+    pub(super) fn weight(&self, row: usize) -> f64 {
+        if self.counted.is_empty() { 1.0 } else { self.counted.get(&row).copied().unwrap_or(1.0) }
     }
 
     /// The same rows, with nothing compiled yet.
@@ -365,20 +391,7 @@ impl<'p> Block<'p> {
         }
         let found = evaluator.undefined(inputs, derivatives);
         let (why, spoilt) = match &found {
-            Some(undefined) => {
-                let operation = undefined.operation.row();
-                let spoilt = undefined.spoils.first().and_then(|&i| self.name(what, i));
-                let missing = if (operation.defined)(undefined.x, undefined.y) { "derivative" } else { "value" };
-                (
-                    format!(
-                        "`{}` has no {missing} at {}; it is defined {}",
-                        operation.name,
-                        arguments(undefined),
-                        operation.domain
-                    ),
-                    spoilt,
-                )
-            }
+            Some(undefined) => (why(undefined), undefined.spoils.first().and_then(|&i| self.name(what, i))),
             None => ("a number is too large".to_owned(), None),
         };
         let name = spoilt.map_or(String::new(), |name| format!(", {name}"));
@@ -392,6 +405,14 @@ impl<'p> Block<'p> {
         let diagnostic = Diagnostic::error(Code::UndefinedAtStart, message).at_data(self.table.place(row)).hint(hint);
         Undefined(Box::new(diagnostic))
     }
+}
+
+/// What an operation lacks where it is undefined.
+pub(super) fn why(undefined: &crate::graph::Undefined) -> String {
+    let operation = undefined.operation.row();
+    let missing = if (operation.defined)(undefined.x, undefined.y) { "derivative" } else { "value" };
+    let (name, domain) = (operation.name, operation.domain);
+    format!("`{name}` has no {missing} at {}; it is defined {domain}", arguments(undefined))
 }
 
 fn arguments(undefined: &crate::graph::Undefined) -> String {

@@ -222,6 +222,7 @@ impl<'a> Equations<'a> {
         let of_rows = block.loss.as_ref().filter(|loss| !loss.of_inputs());
         let mut factors = [1.0; ROWS];
         let mut taking_part = 0;
+        let once = block.counts_once();
         let mut whole = of_rows.is_none() && span.count == ROWS;
         factors[span.count..].fill(0.0);
         for row in 0..span.count {
@@ -236,18 +237,24 @@ impl<'a> Equations<'a> {
                 return Err(block.explain(what, layout, self.point, span, false));
             }
             taking_part += 1;
-            self.sums.squares += square;
+            let times = if once { 1.0 } else { block.weight(span.first + row) };
+            if !once {
+                factors[row] = times.sqrt();
+                whole = false;
+            }
+            self.sums.squares += times * square;
             match of_rows {
                 Some(loss) => {
                     let weight = loss.weight(square);
-                    factors[row] = weight.sqrt();
-                    self.sums.cost += 0.5 * loss.rho(square);
+                    factors[row] = (times * weight).sqrt();
+                    self.sums.cost += 0.5 * times * loss.rho(square);
                     self.sums.rejected += usize::from(weight == 0.0);
                     let (of_row, m) = (loss.bend(square, m), m as f64);
                     let terms = [weight * square, weight * m, weight * weight * square, of_row];
                     self.sums.robust.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
                 }
-                None => self.sums.cost += 0.5 * square + beyond[row],
+                None if once => self.sums.cost += 0.5 * square + beyond[row],
+                None => self.sums.cost += times * (0.5 * square + beyond[row]),
             }
         }
         self.sums.rows += taking_part;

@@ -50,6 +50,15 @@ impl Execution {
         self.set
     }
 
+    /// What `work` makes of every item, in their order; several at a time.
+    pub fn each<I: Sync, R: Send>(&self, items: &[I], work: impl Fn(&I) -> R + Sync) -> Vec<R> {
+        match &self.threads {
+            Threads::One => items.iter().map(&work).collect(),
+            Threads::Shared => items.par_iter().map(&work).collect(),
+            Threads::Own(pool) => pool.install(|| items.par_iter().map(&work).collect()),
+        }
+    }
+
     /// Does `work` for every item, several at a time, and `fold`s the results in the order of the items; the first error in
     /// that order ends it.
     pub(super) fn fold<I: Sync, R: Send, E: Send>(

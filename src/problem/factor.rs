@@ -10,8 +10,8 @@ use super::programs::Jacobian;
 use super::solving::Undefined;
 use super::{Prior, Problem};
 use crate::eval::ROWS;
-use crate::linalg::{LinalgError, SquareRootInformation, norm};
-use crate::solve::{NullSpace, null_space};
+use crate::linalg::{LinalgError, Matrix, SquareRootInformation, norm};
+use crate::solve::{NullSpace, Relation, null_space};
 
 /// Which rows take part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,11 +23,11 @@ pub enum Rows {
 }
 
 /// Blocks of a sample.
-const SAMPLE: usize = 8;
+pub(super) const SAMPLE: usize = 8;
 
 /// What all rows see at the table's inputs of a direction that a sample does not see, as a share of what they see of its
 /// parameters: noise tilts an invisible direction by less than this, and a single row among many shows more.
-const TILT: f64 = 1e-5;
+pub(super) const TILT: f64 = 1e-5;
 
 /// A linearisation of the data, and what their rows add up to.
 #[derive(Clone, Debug)]
@@ -44,9 +44,16 @@ impl Problem<'_> {
     /// # Errors
     /// Where a residual or a derivative is undefined.
     pub fn linearised(&self, point: &[f64]) -> Result<Linearised, Undefined> {
+        let mut all = self.linearised_in(point, &self.all_pieces())?;
+        self.with_absorbed(point, &mut all.sums, Some(&mut all.information))?;
+        Ok(all)
+    }
+
+    /// The same of some rows, by block in pieces.
+    pub(super) fn linearised_in(&self, point: &[f64], rows: &[Vec<Range<usize>>]) -> Result<Linearised, Undefined> {
         let place = self.places();
         let mut all = Linearised { information: SquareRootInformation::new(self.free.len()), sums: Sums::default() };
-        for block in &self.blocks {
+        for (block, rows) in self.blocks.iter().zip(rows).filter(|(_, rows)| !rows.is_empty()) {
             let jacobian = Equations::jacobian(self, block);
             let work = |piece: &Range<usize>| {
                 let mut equations = Equations::with_derivatives(self, block, point);
@@ -57,8 +64,7 @@ impl Problem<'_> {
                 })?;
                 Ok((part.information, equations.sums))
             };
-            let rows = pieces(block.table.rows());
-            self.execution.fold(&rows, work, |(part, sums): (SquareRootInformation, Sums)| {
+            self.execution.fold(rows, work, |(part, sums): (SquareRootInformation, Sums)| {
                 all.sums.add(&sums);
                 all.information.merge(&part).map_err(Undefined::from)
             })?;
@@ -71,9 +77,19 @@ impl Problem<'_> {
     /// # Errors
     /// Where a residual or a derivative is undefined.
     pub fn at_consistent_inputs(&self, point: &[f64], rows: Rows) -> Result<SquareRootInformation, Undefined> {
+        let rows: Vec<_> = self.blocks.iter().map(|block| chosen(block.table.rows(), rows)).collect();
+        self.consistent_in(point, &rows)
+    }
+
+    /// The same of some rows, by block in pieces.
+    pub(super) fn consistent_in(
+        &self,
+        point: &[f64],
+        rows: &[Vec<Range<usize>>],
+    ) -> Result<SquareRootInformation, Undefined> {
         let place = self.places();
         let mut all = SquareRootInformation::new(self.free.len());
-        for block in &self.blocks {
+        for (block, rows) in self.blocks.iter().zip(rows).filter(|(_, rows)| !rows.is_empty()) {
             let (groups, set) = (&block.combinations, self.execution.instructions());
             let jacobian = block.seen.free(&block.programs, groups, &self.layout, &place, &block.weights, set);
             let pass = Pass::new(block, &jacobian.compiled, &self.layout, point);
@@ -92,9 +108,7 @@ impl Problem<'_> {
                 })?;
                 Ok(part.information)
             };
-            self.execution.fold(&chosen(block.table.rows(), rows), work, |part: SquareRootInformation| {
-                all.merge(&part).map_err(Undefined::from)
-            })?;
+            self.execution.fold(rows, work, |part: SquareRootInformation| all.merge(&part).map_err(Undefined::from))?;
         }
         Ok(all)
     }
@@ -122,8 +136,15 @@ impl Problem<'_> {
     /// # Errors
     /// Where a residual is undefined.
     pub fn sums(&self, point: &[f64]) -> Result<Sums, Undefined> {
+        let mut total = self.sums_in(point, &self.all_pieces())?;
+        self.with_absorbed(point, &mut total, None)?;
+        Ok(total)
+    }
+
+    /// The same of some rows, by block in pieces.
+    pub(super) fn sums_in(&self, point: &[f64], rows: &[Vec<Range<usize>>]) -> Result<Sums, Undefined> {
         let mut total = Sums::default();
-        for block in &self.blocks {
+        for (block, rows) in self.blocks.iter().zip(rows).filter(|(_, rows)| !rows.is_empty()) {
             // compiled before threads need it
             let _ = Equations::residuals(self, block, point);
             let work = |piece: &Range<usize>| {
@@ -131,7 +152,7 @@ impl Problem<'_> {
                 spans(block, piece.clone(), |span| equations.run(span).map(|_| ()))?;
                 Ok::<Sums, Undefined>(equations.sums)
             };
-            self.execution.fold(&pieces(block.table.rows()), work, |sums| {
+            self.execution.fold(rows, work, |sums| {
                 total.add(&sums);
                 Ok(())
             })?;
@@ -157,7 +178,7 @@ impl Problem<'_> {
         Ok(())
     }
 
-    /// What the data see at a point, with priors or without, judged where the inputs are consistent with it: at noisy inputs a
+    /// What the data see at a point, with priors and constraints that are equations or without, judged where the inputs are consistent with it: at noisy inputs a
     /// symmetry of the model shows as a small singular value, and would be taken for knowledge. `observed` is the linearisation
     /// at the table's inputs, whose singular values are given where all is visible.
     ///
@@ -171,7 +192,7 @@ impl Problem<'_> {
     ) -> Result<NullSpace, Undefined> {
         let judge = |rows: Rows| {
             let data = self.at_consistent_inputs(point, rows)?;
-            let all = if priors { self.with_priors(data, point)? } else { data };
+            let all = if priors { self.with_equations(self.with_priors(data, point)?, point)? } else { data };
             Ok::<_, Undefined>(null_space(&all, &self.scale)?)
         };
         let few = self.blocks.iter().all(|block| block.table.rows() <= SAMPLE * ROWS);
@@ -190,12 +211,37 @@ impl Problem<'_> {
         judge(Rows::All)
     }
 
+    fn all_pieces(&self) -> Vec<Vec<Range<usize>>> {
+        self.blocks.iter().map(|block| pieces(block.table.rows())).collect()
+    }
+
     /// ‖R δ‖ by ‖C δ‖, where C has the lengths of R's columns, of a direction in tolerances.
-    fn tilt(&self, direction: &[f64], observed: &SquareRootInformation) -> f64 {
+    pub(super) fn tilt(&self, direction: &[f64], observed: &SquareRootInformation) -> f64 {
         let delta: Vec<f64> = direction.iter().zip(&self.scale).map(|(z, scale)| z * scale).collect();
         let lengths = observed.r().column_norms();
         let alone: Vec<f64> = delta.iter().zip(lengths).map(|(delta, length)| delta * length).collect();
         norm(&observed.r().mul_vec(&delta)) / norm(&alone).max(f64::MIN_POSITIVE)
+    }
+
+    /// Folds in the gradients of the constraints that are equations, as large as what the data see: a direction that they see
+    /// is not invisible.
+    fn with_equations(
+        &self,
+        mut information: SquareRootInformation,
+        point: &[f64],
+    ) -> Result<SquareRootInformation, Undefined> {
+        let constraints = self.linearised_constraints(point)?;
+        let size =
+            |row: &mut dyn Iterator<Item = f64>| norm(&row.zip(&self.scale).map(|(a, s)| a * s).collect::<Vec<_>>());
+        let seen = size(&mut information.r().column_norms().into_iter()).max(1.0);
+        for constraint in constraints.iter().filter(|constraint| constraint.relation == Relation::Equal) {
+            let own = size(&mut constraint.gradient.iter().copied());
+            if own > 0.0 {
+                let row: Vec<f64> = constraint.gradient.iter().map(|a| a * seen / own).chain([0.0]).collect();
+                information.absorb(&mut Matrix::from_rows(row.len(), &[row]))?;
+            }
+        }
+        Ok(information)
     }
 
     /// Folds in the rows of the priors.
@@ -232,6 +278,21 @@ fn close_up(columns: &mut [f64], residuals: usize, count: usize) {
             column.copy_within(i * ROWS..i * ROWS + count, i * count);
         }
     }
+}
+
+/// The free coordinate, and the number, of each column that rows of a combination have.
+pub(super) fn columns_of(
+    problem: &Problem,
+    block: &Block,
+    jacobian: &Jacobian,
+    place: &[Option<usize>],
+    combination: usize,
+) -> Vec<(usize, usize)> {
+    let groups = &block.combinations[combination];
+    let to =
+        |column: &super::programs::Column| place[problem.layout.groups[groups[column.slot]].first + column.component];
+    let columns = jacobian.columns.iter().enumerate();
+    columns.filter_map(|(k, column)| to(column).map(|to| (to, k))).collect()
 }
 
 /// The factor of one piece in the making.
@@ -281,14 +342,8 @@ impl<'a> Part<'a> {
         part
     }
 
-    /// The free coordinate, and the number, of each column that rows of a combination have.
     fn columns_of(&self, combination: usize) -> Vec<(usize, usize)> {
-        let groups = &self.block.combinations[combination];
-        let to = |column: &super::programs::Column| {
-            self.place[self.problem.layout.groups[groups[column.slot]].first + column.component]
-        };
-        let columns = self.jacobian.columns.iter().enumerate();
-        columns.filter_map(|(k, column)| to(column).map(|to| (to, k))).collect()
+        columns_of(self.problem, self.block, self.jacobian, self.place, combination)
     }
 
     /// Takes in the columns of a span, residuals last.

@@ -20,6 +20,7 @@ mod alone;
 mod bind;
 mod block;
 mod components;
+mod constraints;
 mod correction;
 mod equations;
 mod execution;
@@ -29,6 +30,7 @@ mod layout;
 mod losses;
 mod noise;
 mod pass;
+mod path;
 mod prior;
 mod programs;
 mod propagated;
@@ -37,7 +39,9 @@ mod robust;
 mod rotation;
 mod selection;
 mod sensitivity;
+mod sequential;
 mod solving;
+mod stacked;
 mod whitening;
 
 pub use bind::{Options, Weights};
@@ -48,13 +52,18 @@ pub use factor::{Linearised, Rows};
 pub use inspect::{Inspected, Observed};
 pub use layout::{Coordinate, Layout};
 pub use noise::{Factors, residual_group};
+pub use path::Path;
 pub use programs::operations;
 pub use replicates::PureError;
 pub use selection::Selection;
 pub use sensitivity::Sensitivity;
 pub use solving::Undefined;
 
+use std::sync::Arc;
+
 use crate::compile::Program;
+use crate::solve::Absorbed;
+use constraints::Conditions;
 use prior::Prior;
 
 /// A program bound to rows of data.
@@ -74,8 +83,12 @@ pub struct Problem<'p> {
     pub free: Vec<usize>,
     /// With which instructions, and by how many threads.
     pub execution: Execution,
+    /// The constraints that free coordinates can meet or break.
+    conditions: Conditions,
     /// The tolerance of each free coordinate.
     scale: Vec<f64>,
+    /// What is left of rows that are gone.
+    absorbed: Option<Arc<Absorbed<Vec<f64>>>>,
 }
 
 impl Problem<'_> {

@@ -6,7 +6,7 @@ use super::prior::Prior;
 use super::rotation;
 use crate::diag::{Code, Diagnostic};
 use crate::linalg::{LinalgError, SquareRootInformation};
-use crate::solve::LeastSquares;
+use crate::solve::{Constraint, LeastSquares, Stacked};
 use crate::unit::Dimension;
 
 /// Why the residuals have no value or no derivative at a point.
@@ -35,6 +35,13 @@ impl Problem<'_> {
             place[coordinate] = Some(k);
         }
         place
+    }
+
+    /// The size of a coordinate's value at a point, of which rounding is a share.
+    pub(super) fn size(&self, coordinate: usize, q: &[f64]) -> f64 {
+        let known = &self.layout.coordinates[coordinate];
+        let least = if known.dimension == Dimension::ANGLE { 1.0 } else { known.tolerance };
+        q[coordinate].abs().max(least)
     }
 }
 
@@ -97,12 +104,7 @@ impl LeastSquares for Problem<'_> {
 
     /// The value itself, since 3000 mm carry the rounding of 3000 mm; an angle's sine and cosine that of one.
     fn magnitude(&self, q: &Vec<f64>) -> Vec<f64> {
-        let size = |&c: &usize| {
-            let coordinate = &self.layout.coordinates[c];
-            let least = if coordinate.dimension == Dimension::ANGLE { 1.0 } else { coordinate.tolerance };
-            q[c].abs().max(least)
-        };
-        self.free.iter().map(size).collect()
+        self.free.iter().map(|&c| self.size(c, q)).collect()
     }
 
     fn bounds(&self, q: &Vec<f64>) -> (Vec<f64>, Vec<f64>) {
@@ -110,6 +112,16 @@ impl LeastSquares for Problem<'_> {
             self.free.iter().map(|&c| f(&self.layout.coordinates[c]) - q[c]).collect()
         };
         (bound(|c| c.min), bound(|c| c.max))
+    }
+
+    /// The model's, without those in which nothing is free: in the order of [`Problem::constrained`].
+    fn constraints(&self, q: &Vec<f64>) -> Result<Vec<Constraint>, Undefined> {
+        self.linearised_constraints(q)
+    }
+
+    /// Whitened equations in the order of blocks and rows.
+    fn stacked(&self, q: &Vec<f64>) -> Result<Option<Stacked>, Undefined> {
+        self.all_equations(q).map(Some)
     }
 
     /// Judged where the inputs are consistent with q.
