@@ -75,38 +75,6 @@ impl Chosen {
     }
 }
 
-/// How to search for the minimum.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum Solver {
-    /// Levenberg-Marquardt
-    Lm,
-    /// conic steps within bounds and constraints (not yet)
-    Clarabel,
-    /// one row at a time (not yet)
-    Sequential,
-}
-
-impl Solver {
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Solver::Lm => "lm",
-            Solver::Clarabel => "clarabel",
-            Solver::Sequential => "sequential",
-        }
-    }
-
-    /// Whether there is such a solver yet.
-    pub(super) fn available(self) -> Result<(), Box<Diagnostic>> {
-        match self {
-            Solver::Lm => Ok(()),
-            _ => {
-                let message = format!("there is no solver `{}` yet", self.name());
-                Err(Box::new(Diagnostic::error(Code::NotAvailable, message).hint("use `--solver lm`")))
-            }
-        }
-    }
-}
-
 /// How residuals are weighted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum Weighting {

@@ -5,15 +5,18 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
-use super::arguments::{Chosen, Robustness, Solver, Weighting, collect, data};
+use super::arguments::{Chosen, Robustness, Weighting, collect, data};
+use super::far::FromAfar;
 use super::observations::write_observations;
 use super::progress::Progress;
+use super::sequential::OneByOne;
+use super::solving::Solving;
 use super::{Format, Outcome, pretty};
 use crate::data::Output;
 use crate::diag::Diagnostics;
 use crate::problem::{Execution, Options};
 use crate::report::{fit_text, hold_out_json, hold_out_text};
-use crate::session::{Choice, Procedure, Session, Values, calibrate_by, hold_out};
+use crate::session::{Choice, Procedure, Search, Session, Values, calibrate_by, hold_out};
 use crate::simd::InstructionSet;
 
 #[derive(Debug, Args)]
@@ -23,9 +26,8 @@ pub(super) struct Calibrate {
     /// A file of data instead of the model's own; `-` is standard input
     #[arg(long, value_name = "M=FILE", value_parser = data)]
     data: Vec<(String, String)>,
-    /// How to search for the minimum
-    #[arg(long, value_enum, default_value_t = Solver::Lm)]
-    solver: Solver,
+    #[command(flatten)]
+    solving: Solving,
     /// How residuals are weighted [default: propagated where inputs carry sigmas, sigma where residuals do, else unit]
     #[arg(long, value_enum)]
     weights: Option<Weighting>,
@@ -34,6 +36,8 @@ pub(super) struct Calibrate {
     /// Start from a fit, or from a JSON object of name and value
     #[arg(long, value_name = "FILE")]
     start: Option<String>,
+    #[command(flatten)]
+    far: FromAfar,
     /// Threads; 0 is as many as there are cores. The result is the same for any number
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
@@ -51,6 +55,8 @@ pub(super) struct Calibrate {
     /// Write every observation, adjusted and tested, as DIR/M.csv
     #[arg(long, value_name = "DIR")]
     observations: Option<PathBuf>,
+    #[command(flatten)]
+    one_by_one: OneByOne,
     /// Write the fit as JSON
     #[arg(long, value_name = "FIT.json")]
     out: Option<PathBuf>,
@@ -59,7 +65,8 @@ pub(super) struct Calibrate {
 impl Calibrate {
     pub(super) fn run(self, format: Format) -> Result<Outcome, Diagnostics> {
         let mut mistakes = Diagnostics::new();
-        collect(self.solver.available(), &mut mistakes);
+        let search = collect(self.solving.search(), &mut mistakes).unwrap_or_default();
+        collect(self.one_by_one.fit(&self.solving), &mut mistakes);
         let weights = self.weights.map(Weighting::weights);
         let robust = collect(self.loss.robust(), &mut mistakes).flatten();
         let start = self.start.as_deref().and_then(|file| collect(Values::read(file), &mut mistakes));
@@ -75,11 +82,14 @@ impl Calibrate {
         let selection = self.chosen.selection(start.as_ref());
         let options = Options { weights, selection, robust, execution, ..Options::default() };
         let choice = Choice { files: self.data.clone(), ..Choice::default() };
-        let bound = session.bind(&choice, &options)?;
+        let bound = match self.solving.is_sequential() {
+            true => self.one_by_one.run(&session, &choice, options, format)?,
+            false => session.bind(&choice, &options)?,
+        };
         let out = self.out.as_deref().map(Output::open).transpose().map_err(|found| Diagnostics::from(*found))?;
 
         let progress = Progress::new();
-        let procedure = self.procedure();
+        let procedure = self.procedure(search);
         let tell = |iteration, cost| progress.tell(iteration, cost);
         let (mut calibration, problem) = calibrate_by(&bound, &procedure, &tell)?;
         drop(progress);
@@ -89,34 +99,43 @@ impl Calibrate {
         let held_out = self.folds.map(|folds| hold_out(&bound.problem, &procedure, folds, &calibration.fit.point));
         let held_out = held_out.transpose().map_err(|found| Diagnostics::from(*found))?;
         calibration.file.hold_out = held_out.as_ref().map_or(Value::Null, hold_out_json);
-        let options = self.options(calibration.fit.weights.name());
+        let solver = if problem.constrained().len() > 0 { "clarabel" } else { "lm" };
+        let options = self.options(calibration.fit.weights.name(), solver);
         calibration.file.provenance.insert("options".into(), options);
         let fit = &calibration.fit;
         let json = || calibration.file.json(fit);
         if let Some(out) = out {
             out.finish(|out| out.write_all(pretty(&json()).as_bytes())).map_err(|found| Diagnostics::from(*found))?;
         }
-        let outcome = Outcome::new(
+        let mut outcome = Outcome::new(
             format,
             || fit_text(fit, &bound) + &held_out.as_ref().map_or(String::new(), hold_out_text),
             json,
         );
+        if format == Format::Json && self.one_by_one.in_lines() {
+            outcome.output = format!("{}\n", json());
+        }
         Ok(outcome.trusted(fit.verdict().trustworthy()).warned(fit.warnings.clone()))
     }
 
-    fn procedure(&self) -> Procedure {
+    fn procedure(&self, search: Search) -> Procedure {
         let (snoop, variance_components) = (self.snoop, self.variance_components);
-        Procedure { snoop, variance_components, test_all: self.observations.is_some() }
+        let test_all = self.observations.is_some();
+        Procedure { snoop, variance_components, test_all, far: self.far.far(), search }
     }
 
     /// What was asked for, as the fit file keeps it.
-    fn options(&self, weights: &str) -> Value {
+    fn options(&self, weights: &str, solver: &str) -> Value {
         json!({
             "weights": weights,
-            "solver": self.solver.name(),
+            "solver": self.solving.name().unwrap_or(solver),
+            "keep": self.one_by_one.kept(&self.solving),
             "fix": self.chosen.fix.iter().map(|(name, value)| json!({"name": name, "value": value})).collect::<Vec<_>>(),
             "free": self.chosen.free,
             "start": self.start,
+            "starts": self.far.starts(),
+            "seed": self.far.seed(),
+            "continuation": self.far.continuation(),
             "loss": self.loss.loss,
             "snoop": self.snoop,
             "variance_components": self.variance_components,

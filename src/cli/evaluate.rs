@@ -44,7 +44,7 @@ impl Evaluate {
             None => None,
         };
         let selection = Selection { start: given.clone(), ..Selection::default() };
-        let options = Options { weights, selection, ..Options::default() };
+        let options = Options { weights, selection, unconstrained: true, ..Options::default() };
         let role = if self.check { DataRole::Check } else { DataRole::Calibrate };
         let mut bound = session.bind(&Choice { files: self.data, role, given_only: true }, &options)?;
         let mut stop = |found: Diagnostic| {
@@ -59,7 +59,7 @@ impl Evaluate {
         let members = if coordinates.is_empty() {
             Members::known(point)
         } else {
-            Members::estimate(problem, point, coordinates).map_err(|error| stop(failed(error)))?
+            Members::estimate(problem, point, coordinates).map_err(|error| stop(failed(problem, error)))?
         };
         let evaluation = evaluate(problem, &members.point).map_err(|Undefined(found)| stop(*found))?;
         let estimated = estimated(problem, stated.as_ref(), members.fit.as_ref());
@@ -70,7 +70,7 @@ impl Evaluate {
         let fit = members.fit.as_ref();
         let mut warnings = std::mem::take(&mut bound.warnings);
         // values are taken as they are, whatever the bounds of a fit
-        warnings.0.retain(|warning| warning.code != Code::StartProjected);
+        warnings.0.retain(|warning| !matches!(warning.code, Code::StartProjected | Code::HeldOutside));
         if fit.is_none() {
             // nothing was weighted
             warnings.0.retain(|warning| warning.code != Code::UnitWeights);

@@ -31,10 +31,11 @@ impl Jacobian {
         let session = Session::open(&self.model, &[])?;
         let at = self.at.as_deref().map(Values::read).transpose().map_err(|found| Diagnostics::from(*found))?;
         let selection = self.chosen.selection(at.as_ref());
-        let options = Options { weights: Some(Weights::Unit), selection, ..Options::default() };
+        let weights = Some(Weights::Unit);
+        let options = Options { weights, selection, unconstrained: true, ..Options::default() };
         let mut bound = session.bind(&Choice { files: self.data, given_only: true, ..Choice::default() }, &options)?;
         // values are taken as they are, whatever the bounds of a fit
-        bound.warnings.0.retain(|warning| warning.code != Code::StartProjected);
+        bound.warnings.0.retain(|warning| !matches!(warning.code, Code::StartProjected | Code::HeldOutside));
         let given = at.as_ref().map(|values| values.values.as_slice()).unwrap_or_default();
         let found = jacobians(&bound.problem, &point(&bound.problem, given)).map_err(|Undefined(found)| {
             let mut all = bound.warnings.clone();

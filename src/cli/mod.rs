@@ -16,10 +16,13 @@ mod compare;
 mod coverage;
 mod evaluate;
 mod explain;
+mod far;
 mod jacobian;
 mod observations;
 mod progress;
+mod sequential;
 mod simulate;
+mod solving;
 
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};

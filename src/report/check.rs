@@ -8,10 +8,11 @@ use super::count;
 use super::fit::unit;
 use super::number::significant;
 use super::table::{Align, Grid};
-use crate::compile::{Measurement, Parameter, Program, Role, Setting, Sigma};
+use crate::compile::{Constraint, Measurement, Parameter, Program, Role, Setting, Sigma};
 use crate::diag;
 use crate::problem;
 use crate::session::Session;
+use crate::solve::Relation;
 use crate::unit::{Base, Dimension};
 
 /// One coordinate of a parameter as declared, in reported units.
@@ -128,11 +129,21 @@ pub fn check_json(session: &Session) -> Value {
         "name": program.name,
         "units": units,
         "parameters": parameters,
+        "constraints": program.constraints.items.iter().map(|item| constraint_json(program, item)).collect::<Vec<_>>(),
         "measurements": measurements,
         "scenarios": scenarios,
         "operations": counts,
         "warnings": diag::json(&session.warnings),
     })
+}
+
+fn constraint_json(program: &Program, item: &Constraint) -> Value {
+    let relation = match item.relation {
+        Relation::Equal => "equal",
+        Relation::AtMost => "at most",
+    };
+    let unit = program.units.symbol(item.dimension);
+    json!({ "name": item.name, "text": item.text, "relation": relation, "unit": unit, "linear": item.linear })
 }
 
 fn measurement_json(session: &Session, m: &Measurement) -> Value {
@@ -204,6 +215,14 @@ pub fn check_text(session: &Session) -> String {
                 &prior,
                 &bounds,
             ]);
+        }
+        out.push_str(&grid.text("  "));
+    }
+    if !program.constraints.items.is_empty() {
+        out.push_str("\nConstraints\n");
+        let mut grid = Grid::new(&[Align::Left, Align::Left, Align::Left]);
+        for item in &program.constraints.items {
+            grid.row([item.name.as_str(), &item.text, if item.linear { "linear" } else { "nonlinear" }]);
         }
         out.push_str(&grid.text("  "));
     }

@@ -65,7 +65,7 @@ pub fn evaluation_text(
     }
     if let Some(fit) = members {
         out.push_str("\nEstimated for these data alone, all else as given\n");
-        out.push_str(&estimates(&fit.parameters));
+        out.push_str(&estimates(&fit.parameters, false));
         for found in &fit.null_directions {
             let _ = writeln!(out, "  {}", direction(found));
         }

@@ -48,6 +48,7 @@ pub fn fit_text(fit: &Fit, bound: &Bound) -> String {
         fit.rank
     );
     let _ = writeln!(out, "  {} ({})", fit.status, count(fit.iterations, "iteration", "iterations"));
+    out.push_str(&super::starts::text(fit));
     let sigma0 = fit.sigma0.map_or("none".into(), |sigma0| significant(sigma0, 5));
     let _ = writeln!(
         out,
@@ -78,14 +79,18 @@ pub fn fit_text(fit: &Fit, bound: &Bound) -> String {
         let rejected = count(fit.rejected, "row", "rows");
         let _ = writeln!(out, "  loss {robust}: {rejected} without weight");
     }
+    if let Some(norm) = &fit.norm {
+        let _ = writeln!(out, "  minimised: {norm}");
+    }
     if fit.redundant > 0 {
         let equations = count(fit.redundant, "equation", "equations");
         let _ = writeln!(out, "  {equations} left out, for others of their rows say the same");
     }
     if !fit.parameters.is_empty() {
         let _ = writeln!(out, "\nParameters ({})", uncertainty(fit));
-        out.push_str(&estimates(&fit.parameters));
+        out.push_str(&estimates(&fit.parameters, fit.norm.is_some()));
     }
+    out.push_str(&super::restraints::text(fit));
     if !fit.null_directions.is_empty() {
         out.push_str("\nNot determined\n");
         for found in &fit.null_directions {
@@ -112,6 +117,9 @@ pub fn fit_text(fit: &Fit, bound: &Bound) -> String {
 
 /// What the sigmas are.
 fn uncertainty(fit: &Fit) -> String {
+    if fit.norm.is_some() {
+        return "no uncertainties: those of squares do not hold".into();
+    }
     let of = match fit.weights {
         Weights::Unit => "standard uncertainties from the scatter of the residuals",
         Weights::Sigma => "standard uncertainties from the declared sigmas",
@@ -125,7 +133,7 @@ fn uncertainty(fit: &Fit) -> String {
 }
 
 /// A line for each estimate.
-pub(super) fn estimates(parameters: &[Estimate]) -> String {
+pub(super) fn estimates(parameters: &[Estimate], of_norm: bool) -> String {
     let mut grid = Grid::new(&[Align::Left, Align::Right, Align::Left, Align::Left, Align::Left]);
     for p in parameters {
         let (value, sigma) = match p.sigma {
@@ -138,6 +146,7 @@ pub(super) fn estimates(parameters: &[Estimate]) -> String {
         let note = match (p.estimable, p.at_bound, p.sigma) {
             (false, ..) => "not estimable",
             (true, true, _) => "on its bound",
+            (true, false, None) if of_norm => "",
             (true, false, None) => "no uncertainty: nothing tells the scale",
             (true, false, Some(_)) if p.at_datum => "at the datum: another would move it",
             (true, false, Some(sigma)) if sigma > p.tolerance => "weaker than its tolerance",

@@ -10,6 +10,8 @@ mod hold_out;
 mod jacobian;
 mod number;
 mod observations;
+mod restraints;
+mod starts;
 mod table;
 mod uncertainty;
 

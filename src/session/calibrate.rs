@@ -6,10 +6,9 @@ use serde_json::{Map, Value, json};
 
 use super::procedure::{Clock, Procedure};
 use super::{Bound, nanoseconds};
-use crate::diag::{Code, Diagnostic, Diagnostics};
+use crate::diag::{Diagnostic, Diagnostics};
 use crate::fit::{Fit, FitFile};
-use crate::problem::{Problem, Undefined};
-use crate::solve::StartError;
+use crate::problem::Problem;
 
 /// A fit and how it came about.
 #[derive(Clone, Debug)]
@@ -44,7 +43,7 @@ pub fn calibrate_by<'s>(
         all
     };
     let begun = Instant::now();
-    let mut clock = Clock { progress, spent: 0, solved: 0, linearised: 0 };
+    let mut clock = Clock::new(procedure.search, progress);
     let (mut fit, problem) = procedure.run(&bound.problem, &mut clock).map_err(|found| stop(*found))?;
     let own = std::mem::take(&mut fit.warnings);
     fit.warnings.extend(bound.warnings.clone());
@@ -70,7 +69,7 @@ pub fn calibrate_by<'s>(
 /// # Errors
 /// Where a search cannot start, or a derivative at an end is undefined.
 pub fn fit_by(problem: &Problem, procedure: &Procedure) -> Result<Fit, Box<Diagnostic>> {
-    let mut clock = Clock { progress: &|_, _| (), spent: 0, solved: 0, linearised: 0 };
+    let mut clock = Clock::new(procedure.search, &|_, _| ());
     procedure.run(problem, &mut clock).map(|(fit, _)| fit)
 }
 
@@ -92,12 +91,4 @@ fn provenance(bound: &Bound) -> Map<String, Value> {
     provenance.insert("model_fingerprint".into(), json!(session.fingerprint));
     provenance.insert("data".into(), json!(data));
     provenance
-}
-
-/// Why a search could not start, as a diagnostic.
-pub fn failed(error: StartError<Undefined>) -> Diagnostic {
-    match error {
-        StartError::Undefined(Undefined(found)) => *found,
-        other => Diagnostic::error(Code::UndefinedAtStart, other.to_string()).hint("start elsewhere"),
-    }
 }

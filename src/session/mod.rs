@@ -20,15 +20,28 @@
 
 mod calibrate;
 mod choice;
+mod continuation;
+mod design;
+mod far;
 mod hold_out;
 mod procedure;
+mod saved;
+mod search;
+mod sequential;
+mod starts;
 mod timed;
 mod values;
 
-pub use calibrate::{Calibration, calibrate, calibrate_by, failed, fit_by};
+pub use calibrate::{Calibration, calibrate, calibrate_by, fit_by};
 pub use choice::{Choice, UsedFile};
+pub use continuation::{FOLLOWED, follow};
+pub use far::Far;
 pub use hold_out::{HeldOut, hold_out};
 pub use procedure::{Procedure, fit_once};
+pub use saved::State;
+pub use search::{Search, failed};
+pub use sequential::{Running, Sequence};
+pub use starts::{Ended, MultiStart, compare_starts};
 pub use timed::Timed;
 pub use values::Values;
 

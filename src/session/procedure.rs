@@ -3,13 +3,14 @@
 
 use std::time::Instant;
 
-use super::calibrate::failed;
+use super::far::Far;
 use super::nanoseconds;
+use super::search::Search;
 use super::timed::Timed;
 use crate::diag::{Code, Diagnostic};
 use crate::fit::{Component, Fit, Tested, analyse_with};
-use crate::problem::{Factors, Problem, Undefined};
-use crate::solve::{Settings, Solution, minimise};
+use crate::problem::{Factors, Problem, Undefined, Weights};
+use crate::solve::{Norm, Solution};
 
 /// Rounds of estimating scales or variance components.
 const ROUNDS: usize = 60;
@@ -26,16 +27,27 @@ pub struct Procedure {
     pub variance_components: bool,
     /// All observations are tested, however many there are.
     pub test_all: bool,
+    /// How the start is found, where the declared one is far.
+    pub far: Far,
+    /// The solver.
+    pub search: Search,
 }
 
-/// Where the time goes.
+/// The solver, and where the time goes.
 pub(super) struct Clock<'a> {
+    search: Search,
     pub(super) progress: &'a dyn Fn(usize, f64),
     /// nanoseconds in the problem's functions
     pub(super) spent: u64,
     /// nanoseconds in solvers
     pub(super) solved: u64,
     pub(super) linearised: usize,
+}
+
+impl<'a> Clock<'a> {
+    pub(super) fn new(search: Search, progress: &'a dyn Fn(usize, f64)) -> Self {
+        Clock { search, progress, spent: 0, solved: 0, linearised: 0 }
+    }
 }
 
 impl Procedure {
@@ -50,8 +62,15 @@ impl Procedure {
             let found = Diagnostic::error(Code::NotAvailable, message);
             return Err(Box::new(found.hint("declare sigmas; with unit weights sigma0 is the size of all")));
         }
+        if let Search::Conic(norm) = self.search
+            && norm != Norm::LeastSquares
+        {
+            return self.by_norm(problem, norm, clock).map(|fit| (fit, problem.clone()));
+        }
         let (mut problem, mut factors) = (problem.clone(), Factors::new());
+        let arrived = self.far.arrive(&mut problem, self.search)?;
         let mut fit = self.components(&mut problem, &mut factors, clock)?;
+        arrived.told(&mut fit);
         let mut removed = Vec::new();
         let worst = |fit: &Fit| fit.observations.as_ref().and_then(|all| all.suspects.first()).cloned();
         while let Some(suspect) = worst(&fit).filter(|_| self.snoop) {
@@ -70,6 +89,28 @@ impl Procedure {
         }
         fit.removed = removed;
         Ok((fit, problem))
+    }
+
+    /// Minimises something else than squares.
+    fn by_norm(&self, problem: &Problem, norm: Norm, clock: &mut Clock) -> Result<Fit, Box<Diagnostic>> {
+        let refuse = |what: &str, hint: &str| {
+            let message = format!("a norm of single equations does not go with {what}");
+            Err(Box::new(Diagnostic::error(Code::NotAvailable, message).hint(hint)))
+        };
+        if problem.weights == Weights::Propagated {
+            return refuse(
+                "propagated weights, which have whole rows only",
+                "say `--weights unit`, or `--weights sigma` where residuals have sigmas",
+            );
+        }
+        if problem.is_robust() || self.snoop || self.variance_components {
+            return refuse("losses, snooping or variance components", "leave these out");
+        }
+        let mut problem = problem.clone();
+        let arrived = self.far.arrive(&mut problem, self.search)?;
+        let mut fit = solve(&problem, clock, Tested::None)?.of_norm(norm.sentence());
+        arrived.told(&mut fit);
+        Ok(fit)
     }
 
     fn tested(&self) -> Tested {
@@ -115,7 +156,12 @@ impl Procedure {
 /// # Errors
 /// Where a search cannot start, or a derivative at the end is undefined.
 pub fn fit_once(problem: &Problem, tested: Tested) -> Result<Fit, Box<Diagnostic>> {
-    let mut clock = Clock { progress: &|_, _| (), spent: 0, solved: 0, linearised: 0 };
+    fit_by_search(problem, tested, Search::default())
+}
+
+/// The same by a solver.
+pub(super) fn fit_by_search(problem: &Problem, tested: Tested, search: Search) -> Result<Fit, Box<Diagnostic>> {
+    let mut clock = Clock::new(search, &|_, _| ());
     robust(&mut problem.clone(), &mut clock, tested)
 }
 
@@ -191,8 +237,7 @@ fn solve(problem: &Problem, clock: &mut Clock, tested: Tested) -> Result<Fit, Bo
 fn timed(problem: &Problem, clock: &mut Clock) -> Result<Solution<Vec<f64>>, Box<Diagnostic>> {
     let begun = Instant::now();
     let timed = Timed::new(problem, clock.progress);
-    let solution =
-        minimise(&timed, problem.start.clone(), &Settings::default()).map_err(|error| Box::new(failed(error)))?;
+    let solution = clock.search.solve(problem, &timed, problem.start.clone())?;
     clock.solved += nanoseconds(begun);
     clock.spent += u64::try_from(timed.spent().as_nanos()).unwrap_or(u64::MAX);
     clock.linearised += timed.linearised();

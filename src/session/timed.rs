@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 use crate::linalg::SquareRootInformation;
-use crate::solve::LeastSquares;
+use crate::solve::{Constraint, LeastSquares, Stacked};
 
 /// Measures the time spent in the functions of a problem, and tells of every linearisation.
 pub struct Timed<'a, L> {
@@ -85,6 +85,14 @@ impl<L: LeastSquares> LeastSquares for Timed<'_, L> {
 
     fn bounds(&self, q: &L::Point) -> (Vec<f64>, Vec<f64>) {
         self.problem.bounds(q)
+    }
+
+    fn constraints(&self, q: &L::Point) -> Result<Vec<Constraint>, L::Error> {
+        self.timed(|| self.problem.constraints(q))
+    }
+
+    fn stacked(&self, q: &L::Point) -> Result<Option<Stacked>, L::Error> {
+        self.timed(|| self.problem.stacked(q))
     }
 
     fn invisible(&self, q: &L::Point, at: &SquareRootInformation) -> Result<Vec<Vec<f64>>, L::Error> {
