@@ -9,12 +9,12 @@ use phical::solve::{Settings, minimise};
 use crate::flagship::{Flagship, flagship};
 
 /// Seeds of the quick test; `PHICAL_SEEDS=200 cargo test --release accuracy` runs a campaign.
-fn seeds() -> u64 {
+pub fn seeds() -> u64 {
     std::env::var("PHICAL_SEEDS").ok().and_then(|text| text.parse().ok()).unwrap_or(40)
 }
 
 /// Absolute errors of vo.x, vo.y, vo.z on lines, at given values of the coordinates: (mean, standard deviation) each.
-fn errors(flagship: &Flagship, point: &[f64], lines: usize, seed: u64) -> [(f64, f64); 3] {
+pub fn errors(flagship: &Flagship, point: &[f64], lines: usize, seed: u64) -> [(f64, f64); 3] {
     let options = simulate::Options { rows: vec![(0, lines)], seed: Some(seed), exact: true };
     let simulated = simulate(&flagship.0, &flagship.0.scenarios[0], &options).expect("it simulates");
     let (problem, _) = Problem::bind(&flagship.0, simulated.tables, &Options::default()).expect("it binds");
@@ -36,10 +36,10 @@ fn errors(flagship: &Flagship, point: &[f64], lines: usize, seed: u64) -> [(f64,
 }
 
 /// a and b of L1, L2, R1 and R2.
-const OFFSETS: [&str; 8] = ["L1.a", "L1.b", "L2.a", "L2.b", "R1.a", "R1.b", "R2.a", "R2.b"];
+pub const OFFSETS: [&str; 8] = ["L1.a", "L1.b", "L2.a", "L2.b", "R1.a", "R1.b", "R2.a", "R2.b"];
 
 /// The flagship with a prior of 0.5 mm on its offsets.
-fn with_prior() -> Flagship {
+pub fn with_prior() -> Flagship {
     let mut flagship = flagship();
     for parameter in &mut flagship.0.parameters {
         if OFFSETS.contains(&parameter.name.as_str()) {
@@ -58,7 +58,7 @@ fn calibrated(flagship: &Flagship, weights: Weights, lines: usize, seed: u64) ->
     analyse(&problem, solution).expect("defined")
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+pub fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     let n = values.len();
     (values[(n - 1) / 2] + values[n / 2]) / 2.0

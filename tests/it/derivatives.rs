@@ -17,7 +17,7 @@ use crate::flagship::compiled;
 use crate::random::{Random, models};
 
 /// The derivative at zero of each component of `f`, and how uncertain it is; infinitely where `f` is not defined.
-fn differences(m: usize, f: impl Fn(f64) -> Option<Vec<f64>>) -> Vec<(f64, f64)> {
+pub fn differences(m: usize, f: impl Fn(f64) -> Option<Vec<f64>>) -> Vec<(f64, f64)> {
     const LEVELS: usize = 7;
     const FIRST: f64 = 0.04;
     let mut best = vec![(f64::NAN, f64::INFINITY); m];

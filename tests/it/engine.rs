@@ -57,7 +57,7 @@ fn beside(problem: &Problem) -> Vec<f64> {
     problem.retract(&problem.start, &(0..problem.free.len()).map(step).collect::<Vec<_>>())
 }
 
-fn models() -> Vec<&'static str> {
+pub fn models() -> Vec<&'static str> {
     vec![
         "two_theodolite",
         "ur5_pendant",

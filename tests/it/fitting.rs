@@ -4,7 +4,7 @@ use phical::compile::Program;
 use phical::data::Table;
 use phical::fit::{Fit, analyse};
 use phical::problem::{Options, Problem, Selection, Weights};
-use phical::solve::{Settings, minimise};
+use phical::solve::{LevenbergMarquardt, Solver};
 
 /// Binds tables, one for each measurement in order.
 pub fn bound<'p>(
@@ -20,7 +20,12 @@ pub fn bound<'p>(
 
 /// Minimises from the problem's start.
 pub fn fit(problem: &Problem) -> Fit {
-    let solution = minimise(problem, problem.start.clone(), &Settings::default());
+    fit_by(problem, &LevenbergMarquardt::default())
+}
+
+/// The same by a solver.
+pub fn fit_by<'p>(problem: &Problem<'p>, solver: &dyn Solver<Problem<'p>>) -> Fit {
+    let solution = solver.solve(problem, problem.start.clone());
     let solution = solution.unwrap_or_else(|error| panic!("{error}: {error:?}"));
     analyse(problem, solution).unwrap_or_else(|error| panic!("{error}"))
 }

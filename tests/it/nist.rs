@@ -7,9 +7,10 @@ use phical::diag::{Diagnostics, Source};
 use phical::fit::{Fit, read_values};
 use phical::model::load;
 use phical::problem::Selection;
+use phical::solve::Conic;
 
 use crate::close::digits;
-use crate::fitting::{bound, fit};
+use crate::fitting::{bound, fit, fit_by};
 use crate::shared::{numbers, project, shared_json};
 
 /// Digits that the issue asks of parameters and of standard deviations.
@@ -19,7 +20,7 @@ const DEVIATIONS: f64 = 6.0;
 const SUM_OF_SQUARES: f64 = 9.0;
 
 /// Fits a shipped set from its nominal values, or from the second start that lies beside it.
-fn fit_set(name: &str, second_start: bool) -> Fit {
+fn fit_set(name: &str, second_start: bool, conic: bool) -> Fit {
     let folder = project("models/nist").join(name);
     let text = |file: &str| std::fs::read_to_string(folder.join(file)).expect("the set is shipped");
     let source = Source::new("model.ron", text("model.ron"));
@@ -31,7 +32,8 @@ fn fit_set(name: &str, second_start: bool) -> Fit {
         true => read_values("start2.json", &text("start2.json")).expect("values"),
         false => vec![],
     };
-    fit(&bound(&program, &[table], Selection { start, ..Selection::default() }, None))
+    let problem = bound(&program, &[table], Selection { start, ..Selection::default() }, None);
+    if conic { fit_by(&problem, &Conic::default()) } else { fit(&problem) }
 }
 
 /// All orders of three terms of two parameters each.
@@ -57,8 +59,8 @@ fn all_sets_from_both_starts() {
         let name = set["name"].as_str().expect("a name");
         let (values, deviations) = (numbers(&set["certified"]), numbers(&set["certified_sd"]));
         let sum_of_squares = set["rss"].as_f64().expect("a number");
-        for second in [false, true] {
-            let fit = fit_set(name, second);
+        for (second, conic) in [(false, false), (true, false), (false, true), (true, true)] {
+            let fit = fit_set(name, second, conic);
             let straight: Vec<usize> = (0..values.len()).collect();
             let orders: Vec<Vec<usize>> = match name.starts_with("Lanczos") {
                 true => TERMS.iter().map(|terms| terms.iter().flat_map(|t| [2 * t, 2 * t + 1]).collect()).collect(),
@@ -74,8 +76,9 @@ fn all_sets_from_both_starts() {
                 && (rounding || of_deviations >= DEVIATIONS)
                 && (rounding || of_sum >= SUM_OF_SQUARES);
             let line = format!(
-                "{name} start {}: {} after {} iterations; digits {of_values:.1}, sd {of_deviations:.1}, sum {of_sum:.1}",
+                "{name} start {} by {}: {} after {} iterations; digits {of_values:.1}, sd {of_deviations:.1}, sum {of_sum:.1}",
                 if second { 2 } else { 1 },
+                if conic { "conic steps" } else { "LM" },
                 fit.status.name(),
                 fit.iterations
             );

@@ -1,9 +1,11 @@
-//! Wrong files beside the message expected: every folder of `tests/ui` has the arguments, the files, and what `phical` says.
+//! Wrong files beside the message expected: every folder of `tests/ui` has the arguments, the files, perhaps what comes by standard
+//! input, and what `phical` says.
 //!
 //! `PHICAL_UPDATE=1 cargo test ui` writes the expectations anew; look at the difference before it is kept.
 
+use std::fs::File;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use phical::diag::Code;
 
@@ -12,9 +14,11 @@ use crate::shared::project;
 /// What a run prints, with its exit code.
 fn run(folder: &Path) -> String {
     let args = std::fs::read_to_string(folder.join("args")).expect("args");
+    let stdin = File::open(folder.join("stdin")).map_or_else(|_| Stdio::null(), Stdio::from);
     let out = Command::new(env!("CARGO_BIN_EXE_phical"))
         .env("PHICAL_INSTRUCTIONS", "baseline")
         .args(args.split_whitespace())
+        .stdin(stdin)
         .current_dir(folder)
         .env("COLUMNS", "100")
         .output()
