@@ -18,7 +18,7 @@ mod plan;
 mod schedule;
 mod slots;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub use compiled::{Block, Compiled};
 pub use evaluator::{Evaluator, Leaf};

@@ -96,6 +96,11 @@ impl Graph {
         }
     }
 
+    /// Whether a scalar is a parameter or an input.
+    pub(crate) fn is_leaf(&self, s: Scalar) -> bool {
+        matches!(self.node(s.0), Node::Parameter(_) | Node::Input(_))
+    }
+
     pub(crate) fn node(&self, id: NodeId) -> Node {
         self.nodes[id as usize]
     }

@@ -84,7 +84,7 @@ macro_rules! operations {
 
             /// The derivatives of f = self(x, y) by x and by y, as nodes. They have no value where the operation is not
             /// smooth. A whole constant y has none: zero is given.
-            pub(super) fn partials(self, g: &mut Graph, x: Scalar, y: Scalar, f: Scalar) -> [Scalar; 2] {
+            pub(crate) fn partials(self, g: &mut Graph, x: Scalar, y: Scalar, f: Scalar) -> [Scalar; 2] {
                 match self { $( Operation::$variant => {
                     let ($g, $px, $py, $f) = (g, x, y, f);
                     let _ = (&$g, $px, $py, $f);

@@ -12,15 +12,15 @@ use crate::graph::{Derived, Graph, Scalar, Tape, View, differentiate};
 use crate::simd::InstructionSet;
 
 /// Values, and derivatives by all leaves, of every row.
-pub(super) struct Reference {
-    pub(super) values: Vec<Vec<f64>>,
-    pub(super) derivatives: Vec<Vec<f64>>,
+pub(crate) struct Reference {
+    pub(crate) values: Vec<Vec<f64>>,
+    pub(crate) derivatives: Vec<Vec<f64>>,
     /// how far right evaluations of a derivative may be apart
-    pub(super) uncertain: Vec<Vec<f64>>,
+    pub(crate) uncertain: Vec<Vec<f64>>,
 }
 
 /// Dual numbers, by all parameters and then all inputs. Each row has parameters of its own.
-pub(super) fn dual(graph: &Graph, outputs: &[Scalar], rows: &[(Vec<f64>, Vec<f64>)]) -> Reference {
+pub(crate) fn dual(graph: &Graph, outputs: &[Scalar], rows: &[(Vec<f64>, Vec<f64>)]) -> Reference {
     let tape = Tape::lower(graph, outputs);
     let leaves = (0..PARAMETERS).map(Leaf::Parameter).chain((0..INPUTS).map(Leaf::Input));
     let mut evaluator = Evaluator::new(&tape, leaves.collect());
@@ -48,7 +48,7 @@ pub(super) fn dual(graph: &Graph, outputs: &[Scalar], rows: &[(Vec<f64>, Vec<f64
 }
 
 /// All parameters and then all inputs, as leaves.
-pub(super) fn leaves(graph: &mut Graph) -> Vec<Scalar> {
+pub(crate) fn leaves(graph: &mut Graph) -> Vec<Scalar> {
     let mut leaves: Vec<Scalar> = (0..PARAMETERS as u32).map(|i| graph.parameter(i)).collect();
     leaves.extend((0..INPUTS as u32).map(|i| graph.input(i)));
     leaves
@@ -56,7 +56,7 @@ pub(super) fn leaves(graph: &mut Graph) -> Vec<Scalar> {
 
 /// Compares what a derived graph gives with dual numbers: each row of derivatives to 1e-11 of its largest entry, or, as
 /// near half a turn, to what rounding leaves of it. Returns how many rows there were.
-pub(super) fn check(
+pub(crate) fn check(
     derived: &Derived,
     reference: &Reference,
     parameters: &[f64],

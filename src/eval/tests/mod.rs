@@ -7,12 +7,12 @@
 mod compare;
 mod depth;
 mod engine;
-mod frames;
+pub(crate) mod frames;
 mod mutants;
 mod operations;
 mod partials;
 mod points;
-mod random_frames;
+pub(crate) mod random_frames;
 mod random_scalars;
 mod scalars;
 mod views;

@@ -4,18 +4,18 @@ use proptest::prelude::*;
 
 use crate::graph::{Axis, Frame, Graph, Operation, Rotation, Scalar, Vector};
 
-pub(super) const PARAMETERS: usize = 8;
-pub(super) const INPUTS: usize = 3;
+pub(crate) const PARAMETERS: usize = 8;
+pub(crate) const INPUTS: usize = 3;
 
 /// What a node is made of, whatever there is to make it from.
-pub(super) type Gene = (u8, u8, u8, u8);
+pub(crate) type Gene = (u8, u8, u8, u8);
 
-pub(super) fn genes() -> impl Strategy<Value = Vec<Gene>> {
+pub(crate) fn genes() -> impl Strategy<Value = Vec<Gene>> {
     prop::collection::vec(any::<Gene>(), 1..16)
 }
 
 /// Parameters and two rows of inputs: all zero, or anything, or some of each.
-pub(super) fn point() -> impl Strategy<Value = (Vec<f64>, Vec<Vec<f64>>)> {
+pub(crate) fn point() -> impl Strategy<Value = (Vec<f64>, Vec<Vec<f64>>)> {
     let all = |zeros: f64| {
         let number =
             move || prop::bool::weighted(zeros).prop_flat_map(|zero| if zero { 0.0..=0.0 } else { -1.5..=1.5 });
@@ -37,7 +37,7 @@ fn pick<T: Copy>(pool: &[T], k: u8) -> T {
 }
 
 /// A graph of geometry, with numbers that are read off it.
-pub(super) fn build(genes: &[Gene]) -> (Graph, Vec<Scalar>) {
+pub(crate) fn build(genes: &[Gene]) -> (Graph, Vec<Scalar>) {
     let mut g = Graph::new();
     let mut scalars: Vec<Scalar> = (0..PARAMETERS as u32).map(|i| g.parameter(i)).collect();
     scalars.extend((0..INPUTS as u32).map(|i| g.input(i)));
