@@ -1,11 +1,14 @@
 //! Calls: chains, functions of the model and the prelude, core functions.
 
+use super::chain::Chain;
 use super::core::{self, Mismatch};
 use super::scope::{Locals, Scope};
 use super::snippet::Snippet;
 use super::value::Value;
 use crate::diag::Code;
+use crate::graph::NodeId;
 use crate::lang::Expr;
+use crate::symbolic::Label;
 use crate::unit::Dimension;
 
 impl Scope<'_> {
@@ -17,8 +20,8 @@ impl Scope<'_> {
         expr: &Expr,
         at: &Snippet,
     ) -> Option<Value> {
-        if let Some(chain) = self.declarations.chain(name) {
-            return self.call_chain(name, chain, values, given, expr, at);
+        if let Some((chain, joints)) = self.declarations.chain_part(name) {
+            return self.call_chain(name, (chain, joints), values, given, expr, at);
         }
         if let Some(function) = self.declarations.functions.get(name) {
             let wanted = function.parameters.len();
@@ -46,14 +49,21 @@ impl Scope<'_> {
             if value.is_none() && self.diagnostics.len() > before {
                 self.blame_call(before, expr, at, name);
             }
+            if let Some(value) = value {
+                let nodes: Vec<NodeId> = key.1.iter().map(Value::node).collect();
+                self.label(value, Label::Call(name.to_owned(), nodes));
+            }
             self.calls.insert(key, value);
             return value;
         }
         match core::arity(name) {
             Some(wanted) if wanted != given => self.checked(Err(core::wrong_arity(name, wanted, given)), expr, at),
             Some(_) => {
-                let result = core::call(&mut self.graph, name, &values?)?;
-                self.checked(result, expr, at)
+                let values = values?;
+                let result = core::call(&mut self.graph, name, &values)?;
+                let value = self.checked(result, expr, at)?;
+                self.label(value, Label::Form(name.to_owned(), values.iter().map(Value::node).collect()));
+                Some(value)
             }
             None => {
                 let hint = self.declarations.suggest_callable(name);
@@ -77,14 +87,13 @@ impl Scope<'_> {
     fn call_chain(
         &mut self,
         name: &str,
-        chain: usize,
+        (declared, joints): (&Chain, usize),
         values: Option<Vec<Value>>,
         given: usize,
         expr: &Expr,
         at: &Snippet,
     ) -> Option<Value> {
-        let declared = &self.declarations.chains[chain];
-        let wanted: Vec<_> = declared.readings().collect();
+        let wanted: Vec<_> = declared.readings(joints).collect();
         if given != wanted.len() {
             let joints: Vec<_> = wanted.iter().map(|(joint, _)| joint.name.as_str()).collect();
             let mismatch = core::wrong_arity(name, wanted.len(), given);
@@ -110,12 +119,16 @@ impl Scope<'_> {
                 }
             }
         }
-        let mut readings = readings.into_iter();
-        let mut frame = self.graph.no_motion();
-        for joint in &declared.joints {
-            let reading = joint.reading.and_then(|_| readings.next());
+        let (mut frame, mut read) = (self.graph.no_motion(), 0);
+        for (k, joint) in declared.joints[..joints].iter().enumerate() {
+            let reading = joint.reading.map(|_| readings[read]);
+            read += usize::from(reading.is_some());
             let next = joint.frame(self, reading)?;
             frame = self.graph.compose_frame(frame, next);
+            let whole = k + 1 == declared.joints.len();
+            let part = if whole { declared.name.clone() } else { format!("{}.{}", declared.name, joint.name) };
+            let arguments = readings[..read].iter().map(|s| s.0).collect();
+            self.label(Value::Frame(frame, Dimension::LENGTH), Label::Chain(part, arguments));
         }
         Some(Value::Frame(frame, Dimension::LENGTH))
     }

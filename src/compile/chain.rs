@@ -78,9 +78,9 @@ fn dh_fields(row: &DhRow) -> Fields<'_> {
 }
 
 impl Chain {
-    /// What its moving joints read, in order.
-    pub(crate) fn readings(&self) -> impl Iterator<Item = (&Joint, Dimension)> {
-        self.joints.iter().filter_map(|joint| joint.reading.map(|dimension| (joint, dimension)))
+    /// What the moving ones of its first joints read, in order.
+    pub(crate) fn readings(&self, joints: usize) -> impl Iterator<Item = (&Joint, Dimension)> {
+        self.joints.iter().take(joints).filter_map(|joint| joint.reading.map(|dimension| (joint, dimension)))
     }
 
     /// Reads a chain, and declares its parameters, constants and ties.

@@ -78,14 +78,20 @@ const CORE: &[Core] = &[
     Core { name: "log_rotation", arguments: &["R"], apply: log_rotation },
 ];
 
+/// The one whose second argument is no value, but what one differentiates by.
+pub(crate) const DERIVATIVE: &str = "derivative";
+
 /// The names of all core functions, operations included.
 pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     let operations = crate::graph::OPERATIONS.iter().filter(|row| row.function).map(|row| row.name);
-    CORE.iter().map(|core| core.name).chain(operations)
+    CORE.iter().map(|core| core.name).chain(operations).chain([DERIVATIVE])
 }
 
 /// How many arguments a core function has, `None` where there is no such function.
 pub(crate) fn arity(name: &str) -> Option<usize> {
+    if name == DERIVATIVE {
+        return Some(2);
+    }
     let core = CORE.iter().find(|core| core.name == name).map(|core| core.arguments.len());
     core.or_else(|| Operation::function(name).map(|operation| operation.row().arity))
 }

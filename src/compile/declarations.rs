@@ -212,8 +212,9 @@ impl Declarations {
     }
 
     fn arity(&self, name: &str) -> Option<usize> {
-        let chain = self.chain(name).map(|chain| self.chains[chain].readings().count());
+        let chain = self.chain_part(name);
         chain
+            .map(|(chain, joints)| chain.readings(joints).count())
             .or_else(|| self.functions.get(name).map(|function| function.parameters.len()))
             .or_else(|| core::arity(name))
     }
@@ -221,6 +222,14 @@ impl Declarations {
     /// The symbol of a full name.
     pub(crate) fn symbol(&self, name: &str) -> Option<&Symbol> {
         self.symbols.get(name)
+    }
+
+    /// The number of a parameter.
+    pub(crate) fn parameter(&self, name: &str) -> Option<usize> {
+        match self.symbol(name) {
+            Some(Symbol::Parameter(number)) => Some(*number),
+            _ => None,
+        }
     }
 
     /// All full names in the order of the file.
@@ -239,8 +248,28 @@ impl Declarations {
         self.chains.iter().position(|chain| chain.name == name)
     }
 
+    /// A chain and how many of its joints a call means: all in `left(…)`, those up to L1 in `left.L1(…)`.
+    pub(crate) fn chain_part(&self, name: &str) -> Option<(&Chain, usize)> {
+        let (chain, joint) = name.split_once('.').map_or((name, None), |(chain, joint)| (chain, Some(joint)));
+        let chain = &self.chains[self.chain(chain)?];
+        let last = match joint {
+            Some(joint) => chain.joints.iter().position(|known| known.name == joint)? + 1,
+            None => chain.joints.len(),
+        };
+        Some((chain, last))
+    }
+
     /// What a function or chain was probably meant.
     pub(crate) fn suggest_callable(&self, name: &str) -> Option<String> {
+        if let Some((first, rest)) = name.split_once('.') {
+            return Some(match self.chain(first) {
+                Some(chain) => {
+                    let joints: Vec<&str> = self.chains[chain].joints.iter().map(|joint| joint.name.as_str()).collect();
+                    format!("the joints of the chain are {}", joints.join(", "))
+                }
+                None => format!("a function comes before its arguments, `{rest}(…)`"),
+            });
+        }
         let mut functions: Vec<&str> = self.functions.keys().map(String::as_str).collect();
         functions.sort_unstable();
         let mut all: Vec<&str> = self.chains.iter().map(|chain| chain.name.as_str()).collect();

@@ -11,7 +11,9 @@ use super::snippet::Snippet;
 use super::value::Value;
 use crate::diag::{Code, Diagnostics};
 use crate::graph::{Scalar, Tape};
+use crate::lang;
 use crate::model::{self, Text};
+use crate::symbolic::Label;
 use crate::unit::{Dimension, Unit};
 
 /// The columns of a measurement as numbers of the program, for now without their sigmas.
@@ -78,9 +80,9 @@ fn explain_order(scope: &mut Scope, before: usize, define: &model::Map<Text>, at
     let names: Vec<&str> = define.keys().map(|key| key.value.as_str()).collect();
     let uses = |from: usize, to: usize| {
         let text = &define.0[from].1.value;
-        crate::lang::parse(text).is_ok_and(|expr| {
+        lang::parse(text).is_ok_and(|expr| {
             let mut found = false;
-            expr.visit(|part| found |= matches!(&part.kind, crate::lang::ExprKind::Name(name) if name == names[to]));
+            expr.visit(|part| found |= matches!(&part.kind, lang::ExprKind::Name(name) if name == names[to]));
             found
         })
     };
@@ -107,7 +109,7 @@ fn explain_order(scope: &mut Scope, before: usize, define: &model::Map<Text>, at
 fn refuse_taken(scope: &mut Scope, name: &Text, source: &Arc<crate::diag::Source>) {
     let at = Snippet::new(name, source);
     let declared = scope.declarations;
-    let taken = if !crate::lang::is_name(&name.value) {
+    let taken = if !lang::is_name(&name.value) {
         scope.diagnostics.push(
             at.whole(Code::BadExpression, format!("`{}` is not a name", name.value))
                 .hint("letters, digits and underscores, a letter first"),
@@ -148,24 +150,7 @@ pub(crate) fn compile(
     let correlations = noise::correlations(&declared.correlations, &inputs, quantities, diagnostics);
     let robust = declared.loss.as_ref().and_then(|loss| noise::robust(loss, quantities, diagnostics));
 
-    let (mut residuals, mut nodes) = (Vec::new(), Vec::new());
-    for (name, residual) in declared.residuals.iter() {
-        let snippet = Snippet::new(&residual.value, &source);
-        let Some(parts) = scalars(&mut scope, &snippet) else { continue };
-        for (suffix, node, dimension) in parts {
-            let sigma = residual
-                .sigma
-                .as_ref()
-                .and_then(|q| noise::sigma(&mut scope, q, dimension, None, quantities, diagnostics));
-            residuals.push(Residual {
-                name: format!("{}{suffix}", name.value),
-                dimension,
-                sigma,
-                span: snippet.place(),
-            });
-            nodes.push(node);
-        }
-    }
+    let (residuals, nodes) = residuals(&mut scope, declared, quantities, diagnostics);
 
     let (mut outputs, mut output_nodes) = (Vec::new(), Vec::new());
     let own = declared.outputs.iter().map(|(name, text)| (name.value.clone(), Snippet::new(text, &source)));
@@ -173,7 +158,7 @@ pub(crate) fn compile(
     for (name, snippet) in own.chain(extra) {
         let Some(value) = scope.value(&snippet) else { continue };
         // an expression of the command line may name an output as well
-        if crate::lang::is_name(&name) && !scope.has(&name) {
+        if lang::is_name(&name) && !scope.has(&name) {
             scope.bind(&name, Binding::Value(value));
         }
         for (suffix, node, dimension) in flattened(&mut scope, value) {
@@ -205,6 +190,7 @@ pub(crate) fn compile(
         leaves: scope.leaves,
         residuals,
         graph: Arc::new(scope.graph),
+        labels: scope.labels,
         equations: nodes,
         tape,
         outputs,
@@ -215,8 +201,45 @@ pub(crate) fn compile(
     }
 }
 
-/// The scalars of an expression that should vanish.
-pub(crate) fn scalars(scope: &mut Scope, snippet: &Snippet) -> Option<Vec<(&'static str, Scalar, Dimension)>> {
+/// What should vanish, and its nodes. Later expressions may name it.
+pub(super) fn residuals(
+    scope: &mut Scope,
+    declared: &model::Measurement,
+    quantities: &Quantities,
+    diagnostics: &mut Diagnostics,
+) -> (Vec<Residual>, Vec<Scalar>) {
+    let source = Arc::clone(&scope.declarations.source);
+    let (mut residuals, mut nodes) = (Vec::new(), Vec::new());
+    for (name, residual) in declared.residuals.iter() {
+        let snippet = Snippet::new(&residual.value, &source);
+        let Some((value, parts)) = scalars(scope, &snippet) else { continue };
+        let free = lang::is_name(&name.value) && !scope.has(&name.value);
+        let declarations = scope.declarations;
+        if free && declarations.symbol(&name.value).is_none() && declarations.chain(&name.value).is_none() {
+            scope.bind(&name.value, Binding::Value(value));
+        } else {
+            scope.label(value, Label::Name(name.value.clone()));
+        }
+        for (suffix, node, dimension) in parts {
+            let sigma =
+                residual.sigma.as_ref().and_then(|q| noise::sigma(scope, q, dimension, None, quantities, diagnostics));
+            residuals.push(Residual {
+                name: format!("{}{suffix}", name.value),
+                dimension,
+                sigma,
+                span: snippet.place(),
+            });
+            nodes.push(node);
+        }
+    }
+    (residuals, nodes)
+}
+
+/// Scalars of a value, with the suffix and the dimension of each.
+type Parts = Vec<(&'static str, Scalar, Dimension)>;
+
+/// The value of an expression that should vanish, and its scalars.
+pub(crate) fn scalars(scope: &mut Scope, snippet: &Snippet) -> Option<(Value, Parts)> {
     let value = scope.value(snippet)?;
     let parts = scope.components(value);
     if parts.is_none() {
@@ -225,7 +248,7 @@ pub(crate) fn scalars(scope: &mut Scope, snippet: &Snippet) -> Option<Vec<(&'sta
             .whole(Code::WrongShape, format!("a residual is a scalar or a vector, and this is {}", value.shape()));
         scope.diagnostics.push(found.hint(hint));
     }
-    parts
+    Some((value, parts?))
 }
 
 /// The scalars of any value: a rotation gives its rotation vector, a frame its origin and its rotation vector.

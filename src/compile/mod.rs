@@ -9,6 +9,8 @@ mod chain;
 mod constraint;
 mod core;
 mod declarations;
+mod derivative;
+mod leaves;
 mod measurement;
 mod names;
 mod noise;

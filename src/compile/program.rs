@@ -8,6 +8,7 @@ use super::constraint::Constraints;
 use crate::diag::{Source, Span};
 use crate::graph::{Graph, Scalar, Tape};
 use crate::statistics::Loss;
+use crate::symbolic::Labels;
 use crate::unit::{Dimension, Unit, Units};
 
 /// A compiled model.
@@ -252,6 +253,8 @@ pub struct Measurement {
     pub residuals: Vec<Residual>,
     /// all that the measurement says, over leaves and inputs
     pub graph: Arc<Graph>,
+    /// what the model calls the nodes of the graph
+    pub labels: Labels,
     /// the residuals as nodes of the graph
     pub equations: Vec<Scalar>,
     /// the residuals over leaves and inputs

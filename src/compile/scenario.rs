@@ -293,7 +293,7 @@ impl Builder<'_> {
         }
         let mut nodes = Vec::new();
         for text in &solve.zero.0 {
-            let parts = measurement::scalars(scope, &Snippet::new(text, &self.declarations.source))?;
+            let parts = measurement::scalars(scope, &Snippet::new(text, &self.declarations.source))?.1;
             nodes.extend(parts.into_iter().map(|(_, node, _)| node));
         }
         let tape = Tape::lower(&scope.graph, &nodes);

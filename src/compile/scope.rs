@@ -8,12 +8,13 @@ use std::collections::HashMap;
 use super::core::{self, Mismatch};
 use super::declarations::{Declarations, Symbol};
 use super::operator;
-use super::program::{Shape, Slot};
+use super::program::Slot;
 use super::snippet::Snippet;
 use super::value::Value;
 use crate::diag::{Code, Diagnostic, Diagnostics, Span, nearest};
 use crate::graph::Graph;
 use crate::lang::{Expr, ExprKind, Key};
+use crate::symbolic::{Label, Labels};
 use crate::unit::Dimension;
 
 /// Graphs beyond this many nodes are refused.
@@ -59,9 +60,11 @@ pub(crate) struct Scope<'d> {
     pub(crate) diagnostics: Diagnostics,
     /// with constraints, whose members are named by their keys
     pub(crate) literals: Option<Literals>,
+    /// what the model calls its nodes
+    pub(crate) labels: Labels,
     names: HashMap<String, Binding>,
     order: Vec<String>,
-    slot_values: HashMap<(usize, Vec<usize>), Value>,
+    pub(super) slot_values: HashMap<(usize, Vec<usize>), Value>,
     symbols: HashMap<String, Option<Value>>,
     pub(super) calls: HashMap<(String, Vec<Value>), Option<Value>>,
     /// functions and ties being expanded, to find circles
@@ -78,6 +81,7 @@ impl<'d> Scope<'d> {
             leaves: 0,
             diagnostics: Diagnostics::new(),
             literals: None,
+            labels: Labels::default(),
             names: HashMap::new(),
             order: Vec::new(),
             slot_values: HashMap::new(),
@@ -90,9 +94,19 @@ impl<'d> Scope<'d> {
 
     /// Binds a name; the caller has checked that it is not taken.
     pub(crate) fn bind(&mut self, name: &str, binding: Binding) {
+        if let Binding::Value(value) = &binding {
+            self.label(*value, Label::Name(name.to_owned()));
+        }
         if self.names.insert(name.to_owned(), binding).is_none() {
             self.order.push(name.to_owned());
         }
+    }
+
+    /// The name of a key column.
+    pub(super) fn key_name(&self, number: usize) -> Option<String> {
+        let known =
+            self.order.iter().find(|name| matches!(self.names.get(*name), Some(Binding::Key(k)) if *k == number));
+        known.cloned()
     }
 
     /// Whether the measurement already has this name.
@@ -135,6 +149,9 @@ impl<'d> Scope<'d> {
             ExprKind::Name(name) => self.name(name, expr, at, locals),
             ExprKind::Field(base, field) => self.field(base, field, expr, at, locals),
             ExprKind::Index { family, keys } => self.index(family, keys, expr, at, locals),
+            ExprKind::Call { function, arguments, .. } if function == core::DERIVATIVE => {
+                self.derivative(arguments, expr, at, locals)
+            }
             ExprKind::Call { function, arguments, .. } => {
                 let values: Vec<_> = arguments.iter().map(|argument| self.expression(argument, at, locals)).collect();
                 let values = values.into_iter().collect::<Option<Vec<_>>>();
@@ -273,7 +290,7 @@ impl<'d> Scope<'d> {
     }
 
     /// The value of a parameter, constant or tie by its full name; `None` where there is no such symbol.
-    fn symbol(&mut self, name: &str) -> Option<Option<Value>> {
+    pub(super) fn symbol(&mut self, name: &str) -> Option<Option<Value>> {
         if let Some(known) = self.symbols.get(name) {
             return Some(*known);
         }
@@ -303,6 +320,9 @@ impl<'d> Scope<'d> {
                 }
             }
         };
+        if let (Some(value), Symbol::Tie(..) | Symbol::Definition(..)) = (value, symbol) {
+            self.label(value, Label::Name(name.to_owned()));
+        }
         self.symbols.insert(name.to_owned(), value);
         Some(value)
     }
@@ -339,73 +359,6 @@ impl<'d> Scope<'d> {
         }
     }
 
-    /// The nodes of a parameter, made once.
-    fn parameter(&mut self, parameter: usize, keys: Vec<usize>) -> Value {
-        let key = (parameter, keys);
-        if let Some(&known) = self.slot_values.get(&key) {
-            return known;
-        }
-        let declared = &self.declarations.parameters[parameter];
-        let first = self.leaves;
-        let leaf = |graph: &mut Graph, i: usize| graph.parameter((first + i) as u32);
-        let triple = |graph: &mut Graph, from: usize| {
-            let [x, y, z] = [0, 1, 2].map(|i| leaf(graph, from + i));
-            graph.vector(x, y, z)
-        };
-        let g = &mut self.graph;
-        let dimension = declared.dimensions[0];
-        let rotation = |g: &mut Graph, from: usize| {
-            let (value, perturbation) = (triple(g, from), triple(g, from + 3));
-            let (value, perturbation) = (g.exp_rotation(value), g.exp_rotation(perturbation));
-            g.compose_rotation(value, perturbation)
-        };
-        let value = match declared.shape {
-            Shape::Scalar => Value::Scalar(leaf(g, 0), dimension),
-            Shape::Vec3 => Value::Vector(triple(g, 0), dimension),
-            Shape::Rotation => Value::Rotation(rotation(g, 0)),
-            Shape::Pose => {
-                let (origin, r) = (triple(g, 0), rotation(g, 3));
-                Value::Frame(g.frame(r, origin), dimension)
-            }
-        };
-        self.leaves += declared.shape.leaves();
-        self.slots.push(Slot { parameter, keys: key.1.clone(), first_leaf: first });
-        self.slot_values.insert(key, value);
-        value
-    }
-
-    /// A joint's symbol as a scalar.
-    pub(crate) fn joint_scalar(&mut self, name: &str) -> Option<crate::graph::Scalar> {
-        match self.symbol(name)?? {
-            Value::Scalar(s, _) => Some(s),
-            _ => None,
-        }
-    }
-
-    /// A declared rotation or pose as a frame.
-    pub(crate) fn joint_pose(&mut self, snippet: &Snippet, name: &str) -> Option<crate::graph::Frame> {
-        match self.symbol(name) {
-            Some(value) => match value? {
-                Value::Frame(frame, _) => Some(frame),
-                Value::Rotation(r) => {
-                    let zero = self.graph.constant_vector([0.0; 3]);
-                    Some(self.graph.frame(r, zero))
-                }
-                other => {
-                    let message = format!("`{name}` is {}, and a pose or rotation is wanted", other.shape());
-                    self.diagnostics.push(snippet.whole(Code::WrongShape, message));
-                    None
-                }
-            },
-            None => {
-                let hint = self.suggest(name, &Locals::default());
-                let found = snippet.whole(Code::UnknownName, format!("there is no parameter `{name}`"));
-                self.diagnostics.push(found.maybe_hint(hint));
-                None
-            }
-        }
-    }
-
     pub(super) fn checked(&mut self, result: Result<Value, Mismatch>, expr: &Expr, at: &Snippet) -> Option<Value> {
         match result {
             Ok(value) => Some(value),
@@ -421,7 +374,7 @@ impl<'d> Scope<'d> {
         self.diagnostics.push(diagnostic);
     }
 
-    fn suggest(&self, name: &str, locals: &Locals) -> Option<String> {
+    pub(super) fn suggest(&self, name: &str, locals: &Locals) -> Option<String> {
         let first = name.split('.').next().unwrap_or(name);
         if let Some(what) = self.literals.as_ref().and_then(|literals| literals.elsewhere.get(first)) {
             return Some(format!("`{first}` is {what}, and a constraint speaks of parameters alone"));

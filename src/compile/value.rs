@@ -1,6 +1,6 @@
 //! Values of expressions while they are compiled: a node of the graph with its shape and dimension.
 
-use crate::graph::{Axis, Frame, Graph, Rotation, Scalar, Vector};
+use crate::graph::{Axis, Frame, Graph, NodeId, Rotation, Scalar, Vector};
 use crate::unit::Dimension;
 
 /// What an expression stands for.
@@ -14,6 +14,16 @@ pub(crate) enum Value {
 }
 
 impl Value {
+    /// The node.
+    pub(crate) fn node(&self) -> NodeId {
+        match *self {
+            Value::Scalar(s, _) => s.0,
+            Value::Vector(v, _) => v.0,
+            Value::Rotation(r) => r.0,
+            Value::Frame(f, _) => f.0,
+        }
+    }
+
     /// The shape in words.
     pub(crate) fn shape(&self) -> &'static str {
         match self {

@@ -147,7 +147,7 @@ impl<'a> Parser<'a> {
                     let height = base.height + 1;
                     self.node(ExprKind::Field(Box::new(base.expr), field.name), start, height, &place)?
                 }
-                TokenKind::OpenRound if !number => match name {
+                TokenKind::OpenRound if !number => match name.or_else(|| part_of_a_chain(&base)) {
                     Some(function) => self.call(function, base.expr.span)?,
                     None => return Err(self.not_callable(&base.expr)),
                 },
@@ -269,6 +269,17 @@ impl<'a> Parser<'a> {
     /// The place of the token at hand; at the end, that of the token before.
     pub(super) fn here(&self) -> Range<usize> {
         if self.token.kind == TokenKind::End { self.previous.clone() } else { self.token.span.clone() }
+    }
+}
+
+/// `left.L1`, which may be called.
+fn part_of_a_chain(base: &Parsed) -> Option<String> {
+    match &base.expr.kind {
+        ExprKind::Field(chain, joint) if !base.bracketed => match &chain.kind {
+            ExprKind::Name(chain) => Some(format!("{chain}.{joint}")),
+            _ => None,
+        },
+        _ => None,
     }
 }
 

@@ -130,7 +130,7 @@ fn mistakes() {
         ("s[‹0›]", ExpectedName, "key column"),
         ("s[‹]›", ExpectedName, "key column"),
         ("s[a, ‹]›", ExpectedName, "follow the comma"),
-        ("‹a.dot›(b)", NotCallable, "`dot(…)`"),
+        ("‹f(x).dot›(b)", NotCallable, "`dot(…)`"),
         ("‹f(x)›(y)", NotCallable, "by its name"),
         ("f(x)‹[›k]", NotIndexable, "family"),
         ("‹1e999›", BadNumber, "too large"),
