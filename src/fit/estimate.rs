@@ -7,6 +7,7 @@ use super::starts::{Continuation, Starts};
 use super::verdict::Verdict;
 use super::warnings::warnings;
 use crate::diag::Diagnostics;
+use crate::linalg::sparsest;
 use crate::problem::{Problem, PureError, Quantities, Undefined, Weights};
 use crate::solve::{Iteration, Solution, Status};
 use crate::statistics::{Criteria, Noise, Summary, Test, chi_squared_upper_tail, coverage_factor, lack_of_fit};
@@ -93,7 +94,7 @@ pub struct Fit {
     pub parameters: Vec<Estimate>,
     /// The others.
     pub held: Vec<HeldValue>,
-    /// What nothing determines: tolerance-scaled unit vectors, largest weight first in sign.
+    /// What nothing determines: tolerance-scaled unit vectors of as few parameters as may be, the largest weight positive.
     pub null_directions: Vec<Vec<(String, f64)>>,
     /// The covariance of the free coordinates in internal units, already scaled.
     pub covariance: Option<Covariance>,
@@ -315,7 +316,7 @@ pub fn analyse_with(problem: &Problem, solution: Solution<Vec<f64>>, tested: Tes
         trace: solution.trace.clone(),
         parameters,
         held,
-        null_directions: invisible.iter().map(|basis| direction(problem, basis)).collect(),
+        null_directions: sparsest(invisible).iter().map(|basis| direction(problem, basis)).collect(),
         covariance,
         cofactors: declared,
         residual_rms: residual_rms(problem, q)?,
@@ -363,15 +364,10 @@ fn chi_squared(value: f64, dof: usize) -> Option<ChiSquared> {
     Some(ChiSquared { value, dof, upper_tail: chi_squared_upper_tail(value, dof as f64)? })
 }
 
-/// A null direction by names; the largest weight is positive, weights that round to nothing are left out.
+/// A null direction by names; weights that round to nothing are left out.
 fn direction(problem: &Problem, basis: &[f64]) -> Vec<(String, f64)> {
-    // of several that are as large, but for rounding, the first decides
-    const AS_LARGE: f64 = 1.0 - 1e-6;
-    let most = basis.iter().fold(0.0, |most: f64, w| most.max(w.abs()));
-    let largest = basis.iter().copied().find(|w| w.abs() >= AS_LARGE * most).unwrap_or(0.0);
-    let sign = if largest < 0.0 { -1.0 } else { 1.0 };
     let named = problem.free.iter().zip(basis).filter(|(_, w)| w.abs() > 1e-9);
-    named.map(|(&c, w)| (problem.layout.coordinates[c].name.clone(), sign * w)).collect()
+    named.map(|(&c, w)| (problem.layout.coordinates[c].name.clone(), *w)).collect()
 }
 
 fn residual_rms(problem: &Problem, q: &[f64]) -> Result<Vec<(String, f64, String)>, Undefined> {

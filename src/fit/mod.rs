@@ -18,8 +18,9 @@ mod starts;
 mod uncertainty;
 mod verdict;
 mod warnings;
+mod words;
 
-pub use covariance::Covariance;
+pub use covariance::{Covariance, Held};
 pub use estimate::{
     ChiSquared, Confidence, Estimate, Fit, HeldValue, LackOfFit, MOST_TESTED, NOT_ESTIMABLE, Tested, analyse,
     analyse_with,
@@ -30,3 +31,4 @@ pub use restraint::Restraint;
 pub use starts::{Continuation, Minimum, Starts};
 pub use uncertainty::{JointUncertainty, Stated};
 pub use verdict::Verdict;
+pub use words::{Term, movement, sentence};

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::covariance::Held;
 use crate::linalg::Bound;
-use crate::problem::Problem;
+use crate::problem::{Problem, Undefined};
 use crate::solve::{Relation, Solution};
 
 /// A bound that holds a parameter, or a declared constraint.
@@ -81,6 +81,21 @@ pub(super) fn held(solution: &Solution<Vec<f64>>) -> Held {
     Held {
         on_bound: solution.active.iter().map(|bound| *bound != Bound::Free).collect(),
         gradients: active.map(|constraint| constraint.gradient.clone()).collect(),
+    }
+}
+
+impl Held {
+    /// By the constraints of a problem that are equations.
+    ///
+    /// # Errors
+    /// Where one of them is undefined at the point.
+    pub fn by_equations(problem: &Problem, point: &[f64]) -> Result<Held, Undefined> {
+        let all = problem.linearised_constraints(point)?.into_iter();
+        let equations = all.filter(|constraint| constraint.relation == Relation::Equal);
+        Ok(Held {
+            on_bound: vec![false; problem.free.len()],
+            gradients: equations.map(|constraint| constraint.gradient).collect(),
+        })
     }
 }
 

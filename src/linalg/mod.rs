@@ -20,6 +20,7 @@ mod feasible;
 mod information;
 mod matrix;
 mod reflect;
+mod sparse;
 mod svd;
 mod triangular;
 
@@ -29,6 +30,7 @@ pub use constrained::{ConstrainedSolution, ConstrainedStart, constrained_least_s
 pub use feasible::{Condition, Conditions, Row, conflict, feasible_point};
 pub use information::SquareRootInformation;
 pub use matrix::{Matrix, dot, norm, orthonormalise};
+pub use sparse::{choices, each_choice, separate, sparsest};
 pub use svd::{Svd, svd};
 pub use triangular::{reciprocal_condition, solve_upper, solve_upper_transposed};
 

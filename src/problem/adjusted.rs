@@ -14,12 +14,16 @@ const CONSISTENT: f64 = 1e-13;
 const ITERATIONS: usize = 12;
 /// Residuals that are this small a share of what they were have vanished.
 const MET: f64 = 1e-6;
+/// What is left of residuals that have vanished, as a share of their terms.
+const VANISHED: f64 = 1e-11;
 
 /// Moves the inputs of rows to where their residuals vanish.
 pub(super) struct Adjuster<'a> {
     pass: Pass<'a>,
     state: eval::Block,
     residuals: usize,
+    /// the size of a value of which rounding is a share, for each input
+    least: Vec<f64>,
     /// how far each input goes for one unit of correction
     scale: Vec<f64>,
 }
@@ -53,8 +57,29 @@ impl<'a> Adjuster<'a> {
                 Some(Sigma::PerRow(_)) | None => small(input.unit.dimension),
             })
             .collect();
+        let least = |input: &crate::compile::Input| {
+            if input.unit.dimension == Dimension::of(Base::Angle) { 1.0 } else { small(input.unit.dimension) }
+        };
+        let least = measurement.inputs.iter().map(least).collect();
         let state = pass.begin();
-        Adjuster { pass, state, residuals: measurement.residuals.len(), scale }
+        Adjuster { pass, state, residuals: measurement.residuals.len(), least, scale }
+    }
+
+    /// Whether the residuals of each row have vanished, but for rounding: beside what its inputs contribute by their own size.
+    pub(super) fn holds(&mut self, combination: &[u32], readings: &[f64]) -> Vec<bool> {
+        let (m, width) = (self.residuals, self.scale.len());
+        if width == 0 {
+            return vec![true; combination.len()];
+        }
+        self.pass.run(combination, readings, &mut self.state);
+        let judge = |(row, inputs): (usize, &[f64])| {
+            let number = |at: usize| self.state.output(at)[row];
+            let left = (0..m).map(|i| number(i).powi(2)).sum::<f64>().sqrt();
+            let size = |at: usize| number(m + at).abs() * inputs[at % width].abs().max(self.least[at % width]);
+            let terms: f64 = (0..m * width).map(size).sum();
+            left <= VANISHED * terms
+        };
+        readings.chunks_exact(width).enumerate().map(judge).collect()
     }
 
     /// Moves the readings of a span of rows; for each row, whether its residuals vanish there.

@@ -125,7 +125,11 @@ impl<'p> Problem<'p> {
         self.conditions.active.iter().map(|&number| &items[number])
     }
 
-    pub(super) fn linearised_constraints(&self, point: &[f64]) -> Result<Vec<solve::Constraint>, Undefined> {
+    /// Values and gradients of [`Problem::constrained`] at a point.
+    ///
+    /// # Errors
+    /// Where one of them is undefined there.
+    pub fn linearised_constraints(&self, point: &[f64]) -> Result<Vec<solve::Constraint>, Undefined> {
         let Conditions { active, .. } = &self.conditions;
         if active.is_empty() {
             return Ok(Vec::new());

@@ -223,9 +223,11 @@ impl Problem<'_> {
         norm(&observed.r().mul_vec(&delta)) / norm(&alone).max(f64::MIN_POSITIVE)
     }
 
-    /// Folds in the gradients of the constraints that are equations, as large as what the data see: a direction that they see
-    /// is not invisible.
-    fn with_equations(
+    /// Folds in the constraints that are equations, as large as what the data see: a direction that they see is not invisible.
+    ///
+    /// # Errors
+    /// Where one of them is undefined, or an entry is not finite.
+    pub fn with_equations(
         &self,
         mut information: SquareRootInformation,
         point: &[f64],
@@ -237,7 +239,8 @@ impl Problem<'_> {
         for constraint in constraints.iter().filter(|constraint| constraint.relation == Relation::Equal) {
             let own = size(&mut constraint.gradient.iter().copied());
             if own > 0.0 {
-                let row: Vec<f64> = constraint.gradient.iter().map(|a| a * seen / own).chain([0.0]).collect();
+                let row: Vec<f64> =
+                    constraint.gradient.iter().map(|a| a * seen / own).chain([constraint.value * seen / own]).collect();
                 information.absorb(&mut Matrix::from_rows(row.len(), &[row]))?;
             }
         }

@@ -20,6 +20,7 @@ mod alone;
 mod bind;
 mod block;
 mod components;
+mod consistent;
 mod constraints;
 mod correction;
 mod equations;
@@ -46,6 +47,7 @@ mod whitening;
 
 pub use bind::{Options, Weights};
 pub use block::{Block, Quantities, RowJacobian};
+pub use consistent::Consistent;
 pub use equations::Sums;
 pub use execution::Execution;
 pub use factor::{Linearised, Rows};

@@ -44,7 +44,7 @@ impl Stream {
     }
 
     /// A number of the standard normal distribution.
-    pub(super) fn normal(&mut self) -> f64 {
+    pub(crate) fn normal(&mut self) -> f64 {
         self.random.sample(StandardNormal)
     }
 

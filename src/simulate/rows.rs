@@ -65,12 +65,65 @@ pub fn simulate(program: &Program, scenario: &Scenario, options: &Options) -> Re
             simulation,
             measurement: &program.measurements[simulation.measurement],
             rows: given.map_or(simulation.rows, |(_, rows)| *rows),
+            kept: None,
             seed,
+            errors: seed,
             exact: options.exact,
         };
         tables.push((simulation.measurement, maker.table(&mut truth)?));
     }
     Ok(Simulated { truth: truth.reported(), tables })
+}
+
+/// Some rows of a simulation measured again: what is drawn for a row is that of `options`, while the truth and the errors of the
+/// sensors come from another seed. `kept` has row numbers in increasing order by measurement; others are not made.
+///
+/// # Errors
+///
+/// As [`simulate`].
+pub fn simulate_again(
+    program: &Program,
+    scenario: &Scenario,
+    options: &Options,
+    kept: &[(usize, Vec<usize>)],
+    errors: u64,
+) -> Result<Simulated, Box<Diagnostic>> {
+    let mut truth = Truth::new(program, scenario, errors);
+    let mut tables = Vec::new();
+    for (measurement, kept) in kept {
+        let Some(simulation) = scenario.measurements.iter().find(|s| s.measurement == *measurement) else { continue };
+        let maker = Maker {
+            program,
+            scenario,
+            simulation,
+            measurement: &program.measurements[*measurement],
+            rows: kept.last().map_or(0, |last| last + 1),
+            kept: Some(kept),
+            seed: options.seed.unwrap_or(scenario.seed),
+            errors,
+            exact: options.exact,
+        };
+        tables.push((*measurement, maker.table(&mut truth)?));
+    }
+    Ok(Simulated { truth: truth.reported(), tables })
+}
+
+/// A table of true readings with the declared errors of the sensors, by a seed. Inputs without a sigma are read as they are.
+#[must_use]
+pub fn with_declared_errors(program: &Program, measurement: usize, exact: &Table, seed: u64) -> Table {
+    let declared = &program.measurements[measurement];
+    let of: Vec<_> = declared.inputs.iter().map(|input| (0.0, input.sigma)).collect();
+    let stream = |input: &crate::compile::Input| Stream::new(seed, &format!("noise {} {}", declared.name, input.name));
+    let mut noise = Noise::new(declared, &of, declared.inputs.iter().map(stream).collect());
+    let mut errors = vec![0.0; of.len()];
+    let mut table = Table::new(declared.keys.len(), of.len());
+    for row in 0..exact.rows() {
+        let truth = exact.row(row);
+        noise.draw(&truth, &mut errors);
+        let readings: Vec<f64> = truth.iter().zip(&errors).map(|(truth, error)| truth + error).collect();
+        table.push_with(|key| exact.key(row, key), &readings, None);
+    }
+    table
 }
 
 /// What makes the rows of one measurement.
@@ -80,7 +133,12 @@ struct Maker<'p> {
     simulation: &'p Simulation,
     measurement: &'p Measurement,
     rows: usize,
+    /// the only rows that are made, in order
+    kept: Option<&'p [usize]>,
+    /// of what is drawn for the rows
     seed: u64,
+    /// of the errors
+    errors: u64,
     exact: bool,
 }
 
@@ -127,7 +185,7 @@ impl Maker<'_> {
             .iter()
             .map(|(variable, drawn)| (*variable, self.stream("draw", &self.number(*variable).to_string()), drawn))
             .collect();
-        let streams = inputs.iter().map(|input| self.stream("noise", &input.name)).collect();
+        let streams = inputs.iter().map(|input| self.stream_of(self.errors, "noise", &input.name)).collect();
         let mut noise = Noise::new(self.measurement, &simulation.noise, streams);
         let mut errors = vec![0.0; inputs.len()];
         let columns: Vec<Column> = inputs.iter().map(|input| Column::new(&self.program.units, input)).collect();
@@ -160,6 +218,9 @@ impl Maker<'_> {
             for (variable, stream, drawn) in &mut draws {
                 variables[*variable] = stream.draw(drawn, row);
             }
+            if self.kept.is_some_and(|kept| kept.binary_search(&row).is_err()) {
+                continue;
+            }
             for runner in &mut runners {
                 runner.run(&mut variables).map_err(|why| Box::new(self.failed(row, why)))?;
             }
@@ -177,7 +238,11 @@ impl Maker<'_> {
     }
 
     fn stream(&self, purpose: &str, name: &str) -> Stream {
-        Stream::new(self.seed, &format!("{purpose} {} {name}", self.measurement.name))
+        self.stream_of(self.seed, purpose, name)
+    }
+
+    fn stream_of(&self, seed: u64, purpose: &str, name: &str) -> Stream {
+        Stream::new(seed, &format!("{purpose} {} {name}", self.measurement.name))
     }
 
     fn at(&self, row: usize) -> String {
