@@ -1,0 +1,80 @@
+//! Inputs of a declared kind, where neither data nor a scenario say what they are.
+
+use std::f64::consts::PI;
+
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+
+use crate::compile::{Program, Slot};
+use crate::data::Table;
+use crate::unit::{Base, Dimension};
+
+/// Angles are drawn evenly up to this, in radians, to either side of zero.
+pub const ANGLES: f64 = PI;
+/// Lengths, and numbers of any other kind, are drawn evenly up to this many times the largest nominal value of their kind among
+/// the parameters, to either side of zero; up to 1 where there is none.
+pub const LENGTHS: f64 = 1.5;
+/// Made-up members of a family without declared ones.
+const MEMBERS: [&str; 3] = ["m1", "m2", "m3"];
+/// Equations per coordinate.
+const EQUATIONS: usize = 6;
+const LEAST_ROWS: usize = 40;
+const MOST_ROWS: usize = 2000;
+
+/// Tables for all measurements that have inputs or keys. An input with a default stays there.
+pub(super) fn drawn(program: &Program, rows: &[(usize, usize)], seed: u64) -> Vec<(usize, Table)> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let largest = |dimension: Dimension| {
+        let all = program.parameters.iter().flat_map(|p| p.dimensions.iter().zip(&p.setting.nominal));
+        let found = all.filter(|(d, _)| **d == dimension).fold(0.0, |most: f64, (_, nominal)| most.max(nominal.abs()));
+        if found > 0.0 { LENGTHS * found } else { 1.0 }
+    };
+    let coordinates: usize = program.parameters.iter().map(|p| p.dimensions.len() * (1 + p.members.len())).sum();
+    let mut tables = Vec::new();
+    for (index, measurement) in program.measurements.iter().enumerate() {
+        let given = rows.iter().rev().find(|(of, _)| *of == index).map(|(_, rows)| *rows);
+        let needed =
+            (EQUATIONS * coordinates).div_ceil(measurement.residuals.len().max(1)).clamp(LEAST_ROWS, MOST_ROWS);
+        let keys: Vec<Vec<String>> =
+            (0..measurement.keys.len()).map(|key| names(program, &measurement.slots, key)).collect();
+        let alone = measurement.inputs.is_empty() && keys.is_empty();
+        let mut table = Table::new(keys.len(), measurement.inputs.len());
+        for _ in 0..given.unwrap_or(if alone { 1 } else { needed }) {
+            let chosen: Vec<&str> =
+                keys.iter().map(|all| all[random.random_range(0..all.len() as u64) as usize].as_str()).collect();
+            let readings: Vec<f64> = measurement
+                .inputs
+                .iter()
+                .map(|input| {
+                    let dimension = input.unit.dimension;
+                    let range = if dimension == Dimension::of(Base::Angle) { ANGLES } else { largest(dimension) };
+                    let share = 2.0 * random.random::<f64>() - 1.0;
+                    input.default.unwrap_or(share * range)
+                })
+                .collect();
+            table.push(&chosen, &readings, None);
+        }
+        if table.rows() > 0 {
+            tables.push((index, table));
+        }
+    }
+    tables
+}
+
+/// What a key column may hold: the parts of members that are declared or named by constraints, else made-up names.
+fn names(program: &Program, slots: &[Slot], key: usize) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    for slot in slots {
+        let Some(place) = slot.keys.iter().position(|of| *of == key) else { continue };
+        let declared = program.parameters[slot.parameter].members.iter().map(|(member, _)| member);
+        let constrained = program.constraints.slots.iter().filter(|other| other.parameter == slot.parameter);
+        for member in declared.chain(constrained.filter_map(|other| other.member.as_ref())) {
+            if let Some(part) = member.split('/').nth(place)
+                && !all.iter().any(|known| known == part)
+            {
+                all.push(part.to_owned());
+            }
+        }
+    }
+    if all.is_empty() { MEMBERS.map(str::to_owned).to_vec() } else { all }
+}
