@@ -42,8 +42,10 @@
 //! | [`problem`] | a program bound to rows |
 //! | [`fit`] | uncertainties, what is not estimable, a verdict |
 //! | [`evaluate`] | residuals, Jacobians, and outputs with their uncertainty, at given values |
+//! | [`identify`] | what data can see, before and after measuring |
 //! | [`session`] | all stages joined |
 //! | [`coverage`](mod@coverage) | whether the stated uncertainties are true |
+//! | [`design`](mod@design) | which rows to measure |
 //! | [`compare`] | two fits side by side |
 //! | [`report`] | text and JSON |
 //! | [`cli`] | the command line |
@@ -90,11 +92,14 @@ pub mod compare;
 pub mod compile;
 pub mod coverage;
 pub mod data;
+pub mod derive;
+pub mod design;
 pub mod diag;
 pub mod eval;
 pub mod evaluate;
 pub mod fit;
 pub mod graph;
+pub mod identify;
 pub mod lang;
 pub mod linalg;
 pub mod model;
@@ -105,4 +110,5 @@ pub mod simd;
 pub mod simulate;
 pub mod solve;
 pub mod statistics;
+pub mod symbolic;
 pub mod unit;

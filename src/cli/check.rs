@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::{Format, Outcome};
 use crate::diag::Diagnostics;
+use crate::identify::conventions;
 use crate::report::{check_json, check_text};
 use crate::session::Session;
 
@@ -19,6 +20,10 @@ impl Check {
     pub(super) fn run(self, format: Format) -> Result<Outcome, Diagnostics> {
         let session = Session::open(&self.model, &[])?;
         let outcome = Outcome::new(format, || check_text(&session), || check_json(&session));
-        Ok(outcome.warned(session.warnings))
+        let mut warnings = session.warnings;
+        for found in conventions(&session.model, &session.program) {
+            warnings.push(found.diagnostic(&session.program));
+        }
+        Ok(outcome.warned(warnings))
     }
 }

@@ -14,9 +14,13 @@ mod calibrate;
 mod check;
 mod compare;
 mod coverage;
+mod datum;
+mod derive;
+mod design;
 mod evaluate;
 mod explain;
 mod far;
+mod identify;
 mod jacobian;
 mod observations;
 mod progress;
@@ -64,6 +68,12 @@ enum Command {
     Calibrate(calibrate::Calibrate),
     /// Simulate and fit many times: are the stated uncertainties true?
     Coverage(coverage::Coverage),
+    /// Residuals and their derivatives as formulas
+    Derive(derive::Derive),
+    /// What can be known, before or after measuring, and what to hold or measure where it cannot
+    Identify(identify::Identify),
+    /// Which rows to measure, out of many candidates
+    Design(design::Design),
     /// Print residuals and their derivatives by parameters and inputs
     Jacobian(jacobian::Jacobian),
     /// Residuals and derived quantities at given values, on any data
@@ -81,6 +91,9 @@ impl Command {
             Command::Simulate(command) => command.run(format),
             Command::Calibrate(command) => command.run(format),
             Command::Coverage(command) => command.run(format),
+            Command::Derive(command) => command.run(format),
+            Command::Identify(command) => command.run(format),
+            Command::Design(command) => command.run(format),
             Command::Jacobian(command) => command.run(format),
             Command::Evaluate(command) => command.run(format),
             Command::Compare(command) => command.run(format),

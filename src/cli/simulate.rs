@@ -95,7 +95,7 @@ impl Simulate {
 }
 
 /// The file of a measurement, which must not lead out of the directory.
-fn file_name(measurement: &str) -> Result<String, Box<Diagnostic>> {
+pub(super) fn file_name(measurement: &str) -> Result<String, Box<Diagnostic>> {
     let name = format!("{measurement}.csv");
     if measurement.contains(['/', '\\', ':', '\0']) {
         let message = format!("the measurement's name `{measurement}` cannot be the name of a file");

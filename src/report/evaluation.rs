@@ -67,7 +67,7 @@ pub fn evaluation_text(
         out.push_str("\nEstimated for these data alone, all else as given\n");
         out.push_str(&estimates(&fit.parameters, false));
         for found in &fit.null_directions {
-            let _ = writeln!(out, "  {}", direction(found));
+            let _ = writeln!(out, "  {}", direction(found, &fit.parameters));
         }
     }
     for (measured, uncertainties) in evaluation.measurements.iter().zip(&predicted.measurements) {

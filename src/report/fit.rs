@@ -5,12 +5,9 @@ use std::fmt::Write;
 use super::count;
 use super::number::{rounded, significant, with_sigma};
 use super::table::{Align, Grid};
-use crate::fit::{Confidence, Estimate, Fit};
+use crate::fit::{Confidence, Estimate, Fit, Term, sentence};
 use crate::problem::Weights;
 use crate::session::{Bound, UsedFile};
-
-/// Components of a null direction that are shown.
-const MOST_COMPONENTS: usize = 8;
 
 /// One sentence: trust it, or why not.
 pub fn verdict(fit: &Fit) -> String {
@@ -94,7 +91,7 @@ pub fn fit_text(fit: &Fit, bound: &Bound) -> String {
     if !fit.null_directions.is_empty() {
         out.push_str("\nNot determined\n");
         for found in &fit.null_directions {
-            let _ = writeln!(out, "  {}", direction(found));
+            let _ = writeln!(out, "  {}", direction(found, &fit.parameters));
         }
     }
     if !fit.held.is_empty() {
@@ -158,29 +155,12 @@ pub(super) fn estimates(parameters: &[Estimate], of_norm: bool) -> String {
 }
 
 /// A null direction in words.
-pub fn direction(combination: &[(String, f64)]) -> String {
-    let mut largest: Vec<&(String, f64)> = combination.iter().collect();
-    // in the order of their declaration where they are as large but for rounding
-    largest.sort_by_key(|(_, weight)| std::cmp::Reverse((weight.abs() * 1e6).round() as u64));
-    let telling = largest.iter().take_while(|(_, w)| w * w > crate::fit::NOT_ESTIMABLE).count().max(1);
-    let names: Vec<&str> = largest.iter().take(telling.min(MOST_COMPONENTS)).map(|(name, _)| name.as_str()).collect();
-    let shown = largest.iter().take(MOST_COMPONENTS).take_while(|(_, w)| w.abs() >= 0.0005);
-    let mut terms: Vec<String> = shown.map(|(name, w)| format!("{w:+.3} {name}")).collect();
-    if terms.len() < largest.len() && largest.get(terms.len()).is_some_and(|(_, w)| w.abs() >= 0.0005) {
-        terms.push(format!("and {} more", largest.len() - terms.len()));
-    }
-    match &names[..] {
-        [] => "nothing is known of a combination".into(),
-        [alone] if terms.len() <= 1 => format!("{alone} cannot be known: no residual changes with it"),
-        [alone] => format!("{alone} cannot be known: no residual changes along {} (tolerance-scaled)", terms.join(" ")),
-        [first @ .., last] => {
-            let list = format!("{} and {last}", first.join(", "));
-            format!(
-                "{list} can only be known in combination: {} (tolerance-scaled) changes no residual",
-                terms.join(" ")
-            )
-        }
-    }
+pub fn direction(combination: &[(String, f64)], parameters: &[Estimate]) -> String {
+    let term = |(name, weight): &(String, f64)| {
+        let known = parameters.iter().find(|p| p.name == *name)?;
+        Some(Term { name: name.clone(), weight: *weight, tolerance: known.tolerance, unit: known.unit.clone() })
+    };
+    sentence(&combination.iter().filter_map(term).collect::<Vec<_>>())
 }
 
 pub(super) fn rows(used: &UsedFile) -> String {
@@ -190,23 +170,4 @@ pub(super) fn rows(used: &UsedFile) -> String {
 /// A plain number shows no unit.
 pub(super) fn unit(symbol: &str) -> &str {
     if symbol == "1" { "" } else { symbol }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn directions_are_told_in_words() {
-        let half = std::f64::consts::FRAC_1_SQRT_2;
-        let of = |all: &[(&str, f64)]| direction(&all.iter().map(|(n, w)| ((*n).to_owned(), *w)).collect::<Vec<_>>());
-        assert_eq!(
-            of(&[("L1.a", 1e-6), ("L1.b", half), ("R1.b", half)]),
-            "L1.b and R1.b can only be known in combination: +0.707 L1.b +0.707 R1.b (tolerance-scaled) changes no residual"
-        );
-        assert_eq!(of(&[("J7.d", 1.0)]), "J7.d cannot be known: no residual changes with it");
-        assert_eq!(of(&[]), "nothing is known of a combination");
-        let many: Vec<(String, f64)> = (0..25).map(|k| (format!("p{k}"), 0.2)).collect();
-        assert!(direction(&many).contains("and 17 more"));
-    }
 }
