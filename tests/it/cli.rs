@@ -203,7 +203,7 @@ fn wrong_input_ends_with_two_and_names_its_code() {
         (&["simulate", &model, "--rows", "daily=3"], &["E024"]),
         (&["simulate", &model, "--rows", "point=many"], &["usage"]),
         (&["explain", "E999"], &["usage"]),
-        (&["identify", &model], &["usage"]),
+        (&["design", &model, "--pick", "many"], &["usage"]),
     ] {
         assert_eq!(refused(arguments), codes, "{arguments:?}");
     }
