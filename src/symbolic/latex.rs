@@ -21,7 +21,7 @@ enum Level {
 /// let frames = ["l1".to_owned(), "r1".to_owned()].into();
 /// assert_eq!(
 ///     latex(&expr, &frames),
-///     r"-\frac{(\mathbf{o}_{l_{1}} - \mathbf{o}_{r_{1}}) \cdot (\mathbf{z}_{r_{1}} \times \mathbf{z}_{l_{1}})}{\sqrt{2\,x}}"
+///     r"\frac{-(\mathbf{o}_{l_{1}} - \mathbf{o}_{r_{1}}) \cdot (\mathbf{z}_{r_{1}} \times \mathbf{z}_{l_{1}})}{\sqrt{2\,x}}"
 /// );
 /// # Ok::<(), phical::lang::ParseError>(())
 /// ```
