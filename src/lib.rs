@@ -43,12 +43,14 @@
 //! | [`fit`] | uncertainties, what is not estimable, a verdict |
 //! | [`evaluate`] | residuals, Jacobians, and outputs with their uncertainty, at given values |
 //! | [`identify`] | what data can see, before and after measuring |
+//! | [`emit`](mod@emit) | residuals and derivatives as Rust, C or Python |
 //! | [`session`] | all stages joined |
 //! | [`coverage`](mod@coverage) | whether the stated uncertainties are true |
 //! | [`design`](mod@design) | which rows to measure |
 //! | [`compare`] | two fits side by side |
 //! | [`report`] | text and JSON |
 //! | [`cli`] | the command line |
+//! | `testing` | strategies and assertions for property tests of models, with the feature `proptest` |
 //!
 //! # Example
 //!
@@ -87,6 +89,7 @@
 //! # Ok::<(), phical::diag::Diagnostics>(())
 //! ```
 
+pub mod audit;
 pub mod cli;
 pub mod compare;
 pub mod compile;
@@ -95,6 +98,7 @@ pub mod data;
 pub mod derive;
 pub mod design;
 pub mod diag;
+pub mod emit;
 pub mod eval;
 pub mod evaluate;
 pub mod fit;
@@ -111,4 +115,6 @@ pub mod simulate;
 pub mod solve;
 pub mod statistics;
 pub mod symbolic;
+#[cfg(feature = "proptest")]
+pub mod testing;
 pub mod unit;

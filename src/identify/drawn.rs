@@ -21,37 +21,55 @@ const EQUATIONS: usize = 6;
 const LEAST_ROWS: usize = 40;
 const MOST_ROWS: usize = 2000;
 
-/// Tables for all measurements that have inputs or keys. An input with a default stays there.
+/// What the rows of a measurement may hold, where neither data nor a scenario say what they are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ranges {
+    /// The names of each key column.
+    pub keys: Vec<Vec<String>>,
+    /// For each input, in internal units: the middle of its range, and how far this goes to either side. An input with a default
+    /// stays there.
+    pub inputs: Vec<(f64, f64)>,
+}
+
+impl Ranges {
+    /// Of a measurement, by its number.
+    pub fn of(program: &Program, measurement: usize) -> Ranges {
+        let largest = |dimension: Dimension| {
+            let all = program.parameters.iter().flat_map(|p| p.dimensions.iter().zip(&p.setting.nominal));
+            let all = all.filter(|(d, _)| **d == dimension);
+            let found = all.fold(0.0, |most: f64, (_, nominal)| most.max(nominal.abs()));
+            if found > 0.0 { LENGTHS * found } else { 1.0 }
+        };
+        let measurement = &program.measurements[measurement];
+        let range = |input: &crate::compile::Input| match input.default {
+            Some(default) => (default, 0.0),
+            None if input.unit.dimension == Dimension::of(Base::Angle) => (0.0, ANGLES),
+            None => (0.0, largest(input.unit.dimension)),
+        };
+        Ranges {
+            keys: (0..measurement.keys.len()).map(|key| names(program, &measurement.slots, key)).collect(),
+            inputs: measurement.inputs.iter().map(range).collect(),
+        }
+    }
+}
+
+/// Tables for all measurements that have inputs or keys.
 pub(super) fn drawn(program: &Program, rows: &[(usize, usize)], seed: u64) -> Vec<(usize, Table)> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let largest = |dimension: Dimension| {
-        let all = program.parameters.iter().flat_map(|p| p.dimensions.iter().zip(&p.setting.nominal));
-        let found = all.filter(|(d, _)| **d == dimension).fold(0.0, |most: f64, (_, nominal)| most.max(nominal.abs()));
-        if found > 0.0 { LENGTHS * found } else { 1.0 }
-    };
     let coordinates: usize = program.parameters.iter().map(|p| p.dimensions.len() * (1 + p.members.len())).sum();
     let mut tables = Vec::new();
     for (index, measurement) in program.measurements.iter().enumerate() {
         let given = rows.iter().rev().find(|(of, _)| *of == index).map(|(_, rows)| *rows);
         let needed =
             (EQUATIONS * coordinates).div_ceil(measurement.residuals.len().max(1)).clamp(LEAST_ROWS, MOST_ROWS);
-        let keys: Vec<Vec<String>> =
-            (0..measurement.keys.len()).map(|key| names(program, &measurement.slots, key)).collect();
+        let Ranges { keys, inputs } = Ranges::of(program, index);
         let alone = measurement.inputs.is_empty() && keys.is_empty();
         let mut table = Table::new(keys.len(), measurement.inputs.len());
         for _ in 0..given.unwrap_or(if alone { 1 } else { needed }) {
             let chosen: Vec<&str> =
                 keys.iter().map(|all| all[random.random_range(0..all.len() as u64) as usize].as_str()).collect();
-            let readings: Vec<f64> = measurement
-                .inputs
-                .iter()
-                .map(|input| {
-                    let dimension = input.unit.dimension;
-                    let range = if dimension == Dimension::of(Base::Angle) { ANGLES } else { largest(dimension) };
-                    let share = 2.0 * random.random::<f64>() - 1.0;
-                    input.default.unwrap_or(share * range)
-                })
-                .collect();
+            let readings = inputs.iter().map(|(middle, range)| middle + (2.0 * random.random::<f64>() - 1.0) * range);
+            let readings: Vec<f64> = readings.collect();
             table.push(&chosen, &readings, None);
         }
         if table.rows() > 0 {

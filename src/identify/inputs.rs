@@ -6,7 +6,7 @@ use super::drawn::drawn;
 use crate::compile::{Distribution, Program, Scenario};
 use crate::data::Table;
 use crate::diag::{Code, Diagnostic, Diagnostics};
-use crate::problem::{Options, Problem, Undefined, Weights};
+use crate::problem::{Options, Problem, Selection, Undefined, Weights};
 use crate::simulate::{self, simulate};
 
 /// Where inputs come from.
@@ -46,7 +46,47 @@ pub struct At<'a> {
     pub kept: Vec<Vec<usize>>,
 }
 
+/// With the first scenario and its seed, where there is one, else with drawn inputs; all else as declared.
+impl<'a> From<&'a Program> for Probe<'a> {
+    fn from(program: &'a Program) -> Self {
+        let scenario = program.scenarios.first();
+        let inputs = scenario.map_or(Inputs::Drawn, Inputs::Scenario);
+        let seed = scenario.map_or(0, |scenario| scenario.seed);
+        Probe { program, options: Options::default(), inputs, rows: Vec::new(), seed }
+    }
+}
+
+/// With the rows of the problem, and what is free in it.
+impl<'a> From<&'a Problem<'a>> for Probe<'a> {
+    fn from(problem: &'a Problem<'a>) -> Self {
+        let (mut free, mut fix) = (Vec::new(), Vec::new());
+        for (c, coordinate) in problem.layout.coordinates.iter().enumerate() {
+            match problem.free.contains(&c) {
+                true => free.push(coordinate.name.clone()),
+                false => fix.push((coordinate.name.clone(), None)),
+            }
+        }
+        let selection = Selection { free, fix, ..Selection::default() };
+        let options = Options { weights: Some(problem.weights), selection, ..Options::default() };
+        Probe { program: problem.program, options, inputs: Inputs::Rows(problem), rows: Vec::new(), seed: 0 }
+    }
+}
+
 impl<'a> Probe<'a> {
+    /// The same with parameters released that the model holds.
+    #[must_use]
+    pub fn freeing(mut self, names: &[&str]) -> Self {
+        self.options.selection.free.extend(names.iter().map(|name| (*name).to_owned()));
+        self
+    }
+
+    /// The same with parameters held where they start.
+    #[must_use]
+    pub fn fixing(mut self, names: &[&str]) -> Self {
+        self.options.selection.fix.extend(names.iter().map(|name| ((*name).to_owned(), None)));
+        self
+    }
+
     /// The problem as it is bound, at the point to start from; inputs are as they come.
     ///
     /// # Errors

@@ -15,6 +15,7 @@
 //! *Conventions*: [`conventions`] finds joints that are close to where their convention breaks down.
 
 mod clusters;
+mod collinear;
 mod convention;
 mod cures;
 mod datum;
@@ -28,11 +29,12 @@ mod structural;
 mod walk;
 
 pub use clusters::{CORRELATED, Cluster, clusters, multiple_correlations};
+pub use collinear::{CONDITION_INDEX, Collinearity, Dependency, PROPORTION};
 pub use convention::{Convention, conventions};
 pub use cures::{Cure, cures};
 pub use datum::{Moved, change_datum, held_datum};
 pub use direction::{Direction, RANDOM_SPREAD, WEAK, spectrum};
-pub use drawn::{ANGLES, LENGTHS};
+pub use drawn::{ANGLES, LENGTHS, Ranges};
 pub use indices::Observability;
 pub use inputs::{At, Inputs, Probe};
 pub use next::{Candidate, next};

@@ -1,6 +1,7 @@
 //! How well parameters would be known, from the model and where it is measured alone.
 
 use super::clusters::{clusters, multiple_correlations};
+use super::collinear::Collinearity;
 use super::cures::{Cure, cures};
 use super::direction::{Direction, WEAK};
 use super::indices::Observability;
@@ -10,7 +11,7 @@ use super::walk::walk;
 use crate::compile::Scenario;
 use crate::diag::{Diagnostic, Diagnostics};
 use crate::fit::{Covariance, Held, NOT_ESTIMABLE};
-use crate::linalg::{LinalgError, sparsest, svd};
+use crate::linalg::{LinalgError, Matrix, sparsest, svd};
 use crate::problem::{Problem, Rows, Undefined, Weights};
 use crate::solve::{LeastSquares, null_space};
 
@@ -67,6 +68,8 @@ pub struct Practice {
     pub indices: Observability,
     /// Groups that hang together by correlations: names, and the strongest.
     pub clusters: Vec<(Vec<String>, f64)>,
+    /// Condition indices and variance-decomposition proportions, of data and priors together.
+    pub collinearity: Collinearity,
     /// What to hold, by parts of the invisible space.
     pub cures: Vec<Vec<Cure>>,
     /// Which row would tell most of the worst direction; none where no row does, or there is nothing to ask.
@@ -166,6 +169,12 @@ pub fn practice<'a>(probe: &Probe<'a>, scenario: Option<&'a Scenario>) -> Result
             let all = clusters(covariance, &estimable);
             all.into_iter().map(|cluster| (names(cluster.members), cluster.strongest)).collect()
         }),
+        collinearity: {
+            let telling: Vec<usize> = (0..n).filter(|&j| estimable[j]).collect();
+            let names = telling.iter().map(|&j| parameters[j].name.clone()).collect();
+            let columns: Vec<&[f64]> = telling.iter().map(|&j| information.r().column(j)).collect();
+            Collinearity::new(names, &Matrix::from_columns(information.dimension(), &columns)).map_err(stop)?
+        },
         cures: cures(&problem, &both.basis, stated),
         next: further.and_then(|(scenario, z)| next(probe, &like, scenario, z)),
         asked: further.is_some(),

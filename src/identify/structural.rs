@@ -15,6 +15,9 @@ use crate::solve::{LeastSquares, NullSpace, null_space};
 
 /// Random points beside the nominal one.
 pub const POINTS: usize = 4;
+/// How far from the nominal point the generic null space is looked at, as shares of the way to a random one: as near as it can be
+/// told from that of the nominal point itself.
+const BESIDE: [f64; 4] = [1e-3, 1e-2, 0.1, 1.0];
 /// Points that are tried to have so many.
 const TRIED: usize = 12;
 
@@ -119,8 +122,10 @@ pub fn structure(probe: &Probe) -> Result<Structure, Diagnostics> {
     let stationary = match nominal.filter(|one| one.seen.rank < rank) {
         Some(one) => {
             // what is invisible beside the nominal values as well, as it is there
-            let near = near_point(&like, probe.seed.wrapping_add(1));
-            let generic = judge(&probe, &like, &near, 1).map_or_else(|_| Vec::new(), |near| near.seen.basis);
+            let far = random_point(&like, probe.seed.wrapping_add(1));
+            let beside = |share: &f64| judge(&probe, &like, &between(&like.start, &far, *share), 1).ok();
+            let generic = BESIDE.iter().filter_map(beside).find(|near| near.seen.rank == rank);
+            let generic = generic.map_or_else(Vec::new, |near| near.seen.basis);
             followed(one, &only_here(&one.seen.basis, generic, rank - one.seen.rank))
         }
         None => Vec::new(),
@@ -167,11 +172,9 @@ fn only_here(basis: &[Vec<f64>], mut nearby: Vec<Vec<f64>>, wanted: usize) -> Ve
     chosen
 }
 
-/// A point beside the start.
-fn near_point(problem: &Problem, seed: u64) -> Vec<f64> {
-    const NEAR: f64 = 1e-3;
-    let far = random_point(problem, seed);
-    problem.start.iter().zip(far).map(|(start, far)| start + NEAR * (far - start)).collect()
+/// So much of the way from one point to another.
+fn between(from: &[f64], to: &[f64], share: f64) -> Vec<f64> {
+    from.iter().zip(to).map(|(from, to)| from + share * (to - from)).collect()
 }
 
 /// A point with its free coordinates evenly drawn about the start, as far as [`RANDOM_SPREAD`] says and bounds allow.
