@@ -38,11 +38,13 @@ pub struct View {
     pub zeros: Vec<u32>,
     /// Factors of the outputs; none where all are one.
     pub weights: Vec<f64>,
+    /// Parameters that are no longer parameters, and their values.
+    pub constants: Vec<(u32, f64)>,
 }
 
 /// Differentiates outputs with respect to leaves, which are parameters or inputs of the graph. Without leaves it only lowers.
 pub fn differentiate(graph: &Graph, outputs: &[Scalar], leaves: &[Scalar], view: &View) -> Derived {
-    let mut moved = Moved::new(graph, &view.gathered, !leaves.is_empty());
+    let mut moved = Moved::new(graph, view, !leaves.is_empty());
     let leaves = moved.all(leaves);
     let mut outputs = moved.all(outputs);
     let flat = &mut moved.graph;
@@ -80,14 +82,21 @@ struct Moved {
 impl Moved {
     /// With `flat`, chains are composed from the base on, ((F·G)·H), so that what comes before a joint is one frame for all
     /// that follows.
-    fn new(from: &Graph, gathered: &[(u32, u32)], flat: bool) -> Moved {
+    fn new(from: &Graph, view: &View, flat: bool) -> Moved {
         let mut graph = Graph::new();
         let mut to: Vec<NodeId> = Vec::with_capacity(from.len());
+        let constant = |index: u32| view.constants.iter().find(|(parameter, _)| *parameter == index);
         for id in 0..from.len() as NodeId {
             let node = match from.node(id).mapped(|old| to[old as usize]) {
-                Node::Parameter(index) => match gathered.iter().find(|(parameter, _)| *parameter == index) {
+                Node::Parameter(index) => match view.gathered.iter().find(|(parameter, _)| *parameter == index) {
                     Some((_, input)) => Node::Input(*input),
-                    None => Node::Parameter(index),
+                    None => match constant(index) {
+                        Some(&(_, value)) => {
+                            let value = graph.constant(value);
+                            graph.node(value.0)
+                        }
+                        None => Node::Parameter(index),
+                    },
                 },
                 other => other,
             };

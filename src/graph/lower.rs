@@ -226,7 +226,7 @@ impl<'a> Lowering<'a> {
     }
 
     /// The rotation of what comes before the last joint, applied to v.
-    fn outer(&mut self, id: NodeId, v: Triple) -> Triple {
+    pub(super) fn outer(&mut self, id: NodeId, v: Triple) -> Triple {
         if self.chains == Chains::Multiply {
             let m = self.any_matrix(id);
             return self.times(&m, v);
@@ -310,7 +310,10 @@ impl<'a> Lowering<'a> {
             Axis::Y => (2, 0),
             Axis::Z => (0, 1),
         };
-        let (c, s) = (self.to.unary(Operation::Cos, angle), self.to.unary(Operation::Sin, angle));
+        let (c, s) = match self.to.value(angle).and_then(quarter_turns) {
+            Some((c, s)) => (self.to.constant(c), self.to.constant(s)),
+            None => (self.to.unary(Operation::Cos, angle), self.to.unary(Operation::Sin, angle)),
+        };
         let (cu, sw) = (self.to.mul(c, v[u]), self.to.mul(s, v[w]));
         let (su, cw) = (self.to.mul(s, v[u]), self.to.mul(c, v[w]));
         let mut turned = v;
@@ -370,4 +373,39 @@ impl<'a> Lowering<'a> {
 
 fn transpose(m: Matrix) -> Matrix {
     [0, 1, 2].map(|i| [m[0][i], m[1][i], m[2][i]])
+}
+
+/// Cosine and sine of an angle that is as near to quarter turns as a number can be: exact, where those of the number are off by
+/// 6e-17 each quarter, so that the products with them vanish.
+fn quarter_turns(angle: f64) -> Option<(f64, f64)> {
+    use std::f64::consts::FRAC_PI_2;
+    let quarters = (angle / FRAC_PI_2).round();
+    if quarters.abs() > 4.0 || angle != quarters * FRAC_PI_2 {
+        return None;
+    }
+    Some([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)][quarters.rem_euclid(4.0) as usize])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    #[test]
+    fn constant_quarter_turns_are_exact() {
+        assert_eq!(quarter_turns(FRAC_PI_2), Some((0.0, 1.0)));
+        assert_eq!(quarter_turns(-FRAC_PI_2), Some((0.0, -1.0)));
+        assert_eq!(quarter_turns(-PI), Some((-1.0, 0.0)));
+        assert_eq!(quarter_turns(90f64.to_radians()), Some((0.0, 1.0)));
+        assert_eq!(quarter_turns(FRAC_PI_2.next_up()), None);
+        let mut g = Graph::new();
+        let (angle, input) = (g.constant(FRAC_PI_2), g.input(0));
+        let zero = g.constant(0.0);
+        let (turn, v) = (g.turn(Axis::Z, angle), g.vector(input, zero, zero));
+        let v = g.rotate(turn, v);
+        let mut lowering = Lowering::new(&g, &[]);
+        let turned = lowering.vector(v);
+        let (zero, input) = (lowering.to.constant(0.0), lowering.to.input(0));
+        assert_eq!(turned, [zero, input, zero]);
+    }
 }

@@ -109,6 +109,14 @@ impl Graph {
         self.varies[id as usize]
     }
 
+    /// Forgets all nodes but the first ones.
+    pub(crate) fn truncate(&mut self, nodes: usize) {
+        for node in self.nodes.drain(nodes..) {
+            self.known.remove(&node);
+        }
+        self.varies.truncate(nodes);
+    }
+
     /// The node's number, where it is known.
     pub(crate) fn find(&self, node: Node) -> Option<NodeId> {
         self.known.get(&node).copied()

@@ -13,6 +13,10 @@ pub(super) enum Kind {
     PerRow,
 }
 
+/// Inner vertices for which waists are looked for, at most, and how many of these are tried: each try takes a whole elimination.
+const MOST_WAISTED: usize = 1024;
+const WAISTS_TRIED: usize = 16;
+
 /// A set of vertices, one bit each.
 type Set = Vec<u64>;
 
@@ -38,6 +42,9 @@ enum Strategy {
     Mixed,
 }
 
+/// An order, and what it costs.
+type Priced = (Vec<Vertex>, usize);
+
 impl Pattern {
     pub(super) fn new(vertices: usize) -> Self {
         let words = vertices.div_ceil(64);
@@ -57,34 +64,87 @@ impl Pattern {
     }
 
     /// The cheapest order found, in which `inner` vertices are eliminated, and its operations per row.
-    pub(super) fn cheapest(&self, inner: &[Vertex]) -> (Vec<Vertex>, usize) {
+    pub(super) fn cheapest(&self, inner: &[Vertex]) -> Priced {
         let run = |strategy| self.clone().run(inner, strategy);
-        let (mut best, mut least) = run(Strategy::Mixed);
-        for strategy in [Strategy::Forward, Strategy::Reverse] {
-            let (order, cost) = run(strategy);
-            if cost < least {
-                (best, least) = (order, cost);
-            }
-        }
-        (best, least)
+        let (mixed, forward, reverse) = (run(Strategy::Mixed), run(Strategy::Forward), run(Strategy::Reverse));
+        let through = self.through_waists(inner, reverse);
+        [forward, through].into_iter().fold(mixed, |best, other| if other.1 < best.1 { other } else { best })
     }
 
-    fn run(mut self, inner: &[Vertex], strategy: Strategy) -> (Vec<Vertex>, usize) {
-        let mut order = inner.to_vec();
+    /// From the outputs on, but last what many leaves decide and many outputs hang on, as long as that is cheaper: outputs are
+    /// differentiated by a waist, and the waist by the leaves.
+    fn through_waists(&self, inner: &[Vertex], reverse: Priced) -> Priced {
+        if inner.len() > MOST_WAISTED {
+            return reverse;
+        }
+        let mut open = self.narrow(inner);
+        let mut best = reverse;
+        loop {
+            let tried = open.iter().map(|&waist| {
+                let mut order: Vec<Vertex> = best.0.iter().copied().filter(|&v| v != waist).collect();
+                order.push(waist);
+                let cost = self.clone().cost(&order);
+                (order, cost)
+            });
+            match tried.min_by_key(|(_, cost)| *cost) {
+                Some(found) if found.1 < best.1 => best = found,
+                _ => return best,
+            }
+            open.retain(|v| best.0.last() != Some(v));
+        }
+    }
+
+    /// The vertices through which most pairs of a leaf and an output go that could go through fewer.
+    fn narrow(&self, inner: &[Vertex]) -> Vec<Vertex> {
+        let reach = |edges: &[Set], order: &mut dyn Iterator<Item = usize>| {
+            let mut ends: Vec<Set> = vec![vec![0; self.words]; edges.len()];
+            for v in order {
+                let mut all = vec![0; self.words];
+                for u in members(&edges[v]) {
+                    merge(&mut all, &ends[u as usize]);
+                }
+                if all.iter().all(|&word| word == 0) {
+                    insert(&mut all, v as Vertex);
+                }
+                ends[v] = all;
+            }
+            ends
+        };
+        let n = self.into.len();
+        let leaves = reach(&self.into, &mut (0..n));
+        let outputs = reach(&self.out_of, &mut (0..n).rev());
+        let spared = |v: &Vertex| {
+            let [before, after] = [&leaves, &outputs].map(|ends| size(&ends[*v as usize]).saturating_sub(1));
+            std::cmp::Reverse(before * after)
+        };
+        let mut narrow = inner.to_vec();
+        narrow.sort_by_key(spared);
+        narrow.truncate(WAISTS_TRIED);
+        narrow
+    }
+
+    /// What an order costs.
+    fn cost(&mut self, order: &[Vertex]) -> usize {
         let mut total = 0;
+        for &v in order {
+            total += self.price(v).1;
+            self.eliminate(v);
+        }
+        total
+    }
+
+    fn run(mut self, inner: &[Vertex], strategy: Strategy) -> Priced {
+        let mut order = inner.to_vec();
         match strategy {
             Strategy::Forward => {}
             Strategy::Reverse => order.reverse(),
             Strategy::Mixed => return self.mixed(order),
         }
-        for &v in &order {
-            total += self.price(v).1;
-            self.eliminate(v);
-        }
+        let total = self.cost(&order);
         (order, total)
     }
 
-    fn mixed(mut self, mut open: Vec<Vertex>) -> (Vec<Vertex>, usize) {
+    fn mixed(mut self, mut open: Vec<Vertex>) -> Priced {
         let mut order = Vec::with_capacity(open.len());
         let mut total = 0;
         let mut prices = vec![(0, 0); self.into.len()];

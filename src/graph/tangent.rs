@@ -102,11 +102,13 @@ impl<'a> Tangents<'a> {
                 let (va, vb) = (self.lowering.vector(a), self.lowering.vector(b));
                 let mut terms = Terms::new();
                 if a == b {
-                    let two = self.lowering.to.constant(2.0);
+                    // 2 (a · da): what follows is doubled once
                     for i in 0..3 {
-                        let twice = self.lowering.to.mul(two, va[i]);
-                        terms.extend(self.signed(da[i], twice));
+                        terms.extend(self.signed(da[i], va[i]));
                     }
+                    let half = self.sum(terms);
+                    let two = self.lowering.to.constant(2.0);
+                    terms = self.signed(half, two);
                 } else {
                     for i in 0..3 {
                         terms.extend(self.signed(da[i], vb[i]));

@@ -146,6 +146,25 @@ impl Tape {
         self.outputs.iter().map(|&slot| slots[slot as usize].clone()).collect()
     }
 
+    /// All outputs at one point over numbers of any kind: with what becomes of a constant, and of an operation.
+    pub fn evaluate_by<T: Clone>(
+        &self,
+        parameters: &[T],
+        inputs: &[T],
+        constant: impl Fn(f64) -> T,
+        mut apply: impl FnMut(Operation, &T, &T) -> T,
+    ) -> Vec<T> {
+        let mut slots = Vec::with_capacity(self.first_result() + self.instructions.len());
+        slots.extend_from_slice(&parameters[..self.parameters]);
+        slots.extend_from_slice(&inputs[..self.inputs]);
+        slots.extend(self.constants.iter().map(|&value| constant(value)));
+        for Instruction { operation, x, y } in &self.instructions {
+            let result = apply(*operation, &slots[*x as usize], &slots[*y as usize]);
+            slots.push(result);
+        }
+        self.outputs.iter().map(|&slot| slots[slot as usize].clone()).collect()
+    }
+
     /// The first operation outside its domain in a run over `f64`, and which outputs it spoils. With `derivatives`, points where
     /// the value exists but its derivative does not count too.
     pub fn undefined(&self, slots: &[f64], derivatives: bool) -> Option<Undefined> {

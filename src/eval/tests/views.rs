@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::frames::{Reference, check, dual, leaves};
 use super::random_frames::{INPUTS, PARAMETERS, build, genes, point};
-use crate::graph::{Graph, View, differentiate};
+use crate::graph::{Graph, Tape, View, differentiate};
 use crate::simd::InstructionSet;
 
 /// Parameters that each row gets from inputs behind its own.
@@ -22,7 +22,7 @@ proptest! {
         let (mut graph, outputs) = build(&genes);
         let leaves = leaves(&mut graph);
         let weights = if weighted { weights[..outputs.len()].to_vec() } else { Vec::new() };
-        let view = View { gathered: GATHERED.to_vec(), zeros: ZEROS.to_vec(), weights: weights.clone() };
+        let view = View { gathered: GATHERED.to_vec(), zeros: ZEROS.to_vec(), weights: weights.clone(), ..View::default() };
         let derived = differentiate(&graph, &outputs, &leaves, &view);
 
         // what the view says, said by the numbers
@@ -62,6 +62,22 @@ fn weigh(reference: &mut Reference, weights: &[f64]) {
             uncertain[i * width..(i + 1) * width].iter_mut().for_each(|d| *d *= weight.abs());
         }
     }
+}
+
+#[test]
+fn a_parameter_that_is_a_constant_is_one_no_more() {
+    // sin(q₁)·q₀·x where q₁ = 0.5
+    let mut g = Graph::new();
+    let (q, held, x) = (g.parameter(0), g.parameter(1), g.input(0));
+    let sine = g.unary(crate::graph::Operation::Sin, held);
+    let scaled = g.mul(sine, q);
+    let y = g.mul(scaled, x);
+    let derived = differentiate(&g, &[y], &[q, x], &View { constants: vec![(1, 0.5)], ..View::default() });
+    assert_eq!(derived.graph.known_parameter(1), None);
+    let outputs = [&derived.values[..], &derived.derivatives].concat();
+    let found = Tape::lower(&derived.graph, &outputs).evaluate(&[2.0], &[3.0]);
+    let s = 0.5f64.sin();
+    assert_eq!(found, [6.0 * s, 3.0 * s, 2.0 * s]);
 }
 
 #[test]
