@@ -11,6 +11,9 @@ const SHARP: f64 = 48.0;
 /// Candidates for exchange, by what they promise, in multiples of how many are chosen.
 const PROMISING: usize = 4;
 
+/// Where there are no more choices than this, all are tried.
+const FEW: usize = 2000;
+
 /// Candidates that were chosen, and how good that is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picked {
@@ -96,10 +99,44 @@ pub fn pick(experiment: &Experiment, criterion: &Criterion, count: usize) -> Res
     let Some((_, mut chosen)) = best else { return Ok(None) };
     let all: Vec<usize> = (0..experiment.candidates()).collect();
     exchange(experiment, &sharp, &mut chosen, &all);
+    if few(all.len(), count) {
+        chosen = best_of_all(experiment, &goal, count).unwrap_or(chosen);
+    }
     chosen.sort_unstable();
     let Some(value) = value_of(experiment, &goal, &chosen) else { return Ok(None) };
     let determinant_of = matches!(goal, Goal::Determinant(_)).then(|| experiment.coordinates());
     Ok(Some(Picked { chosen, value, bound: relaxed.bound, weights: relaxed.weights, determinant_of }))
+}
+
+/// Whether there are no more than [`FEW`] choices of so many among all.
+fn few(all: usize, count: usize) -> bool {
+    // each factor of the binomial coefficient makes a whole number of the one before
+    let mut choices = 1_usize;
+    for k in 0..count.min(all - count) {
+        choices = choices.saturating_mul(all - k) / (k + 1);
+        if choices > FEW {
+            return false;
+        }
+    }
+    true
+}
+
+/// The best of all choices, in the order of candidates; none where all see too little.
+fn best_of_all(experiment: &Experiment, goal: &Goal, count: usize) -> Option<Vec<usize>> {
+    let all = experiment.candidates();
+    let mut choice: Vec<usize> = (0..count).collect();
+    let mut best: Option<(f64, Vec<usize>)> = None;
+    loop {
+        if let Some(value) = value_of(experiment, goal, &choice)
+            && best.as_ref().is_none_or(|(known, _)| value < *known)
+        {
+            best = Some((value, choice.clone()));
+        }
+        let Some(at) = (0..count).rev().find(|&k| choice[k] < all - count + k) else { break };
+        choice[at] += 1;
+        (at + 1..count).for_each(|k| choice[k] = choice[k - 1] + 1);
+    }
+    best.map(|(_, choice)| choice)
 }
 
 /// The criterion of a design; none where it sees too little.

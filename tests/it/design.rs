@@ -165,9 +165,9 @@ proptest! {
         let scale = best.abs().max(1e-3);
         prop_assert!((found.value - value).abs() <= 1e-7 * scale, "{} {value}", found.value);
         prop_assert!(found.bound <= best + 1e-9 * scale, "{} {best}", found.bound);
-        // one against one can end beside the best: by less than a tenth of the uncertainty here
+        // where choices are so few it is the best of all
         let excess = if criterion == Criterion::Determinant { (value - best) / n as f64 } else { (value / best).ln() };
-        prop_assert!(excess <= 0.2, "{value} {best}");
+        prop_assert!(excess <= 1e-9, "{value} {best}");
     }
 
     /// No weights of the relaxation are better than the bound.
