@@ -10,6 +10,7 @@ mod constraint;
 mod core;
 mod declarations;
 mod derivative;
+mod formula;
 mod leaves;
 mod measurement;
 mod names;
@@ -26,6 +27,7 @@ mod tests;
 mod value;
 
 pub use constraint::{Constraint, Constraints, Named};
+pub use formula::{Formula, Formulas, Trial, formulas, try_formulas};
 pub use names::{Coordinate, coordinates};
 pub use prelude::PRELUDE;
 pub use program::{

@@ -102,6 +102,28 @@ impl<'d> Scope<'d> {
         }
     }
 
+    /// Forgets what expressions have led to since the graph had so many nodes, the slots and labels so many entries.
+    pub(super) fn forget(&mut self, nodes: usize, slots: usize, labels: usize) {
+        let known = |value: &Value| (value.node() as usize) < nodes;
+        self.calls.retain(|(_, arguments), value| arguments.iter().all(known) && value.as_ref().is_none_or(known));
+        self.symbols.retain(|_, value| value.as_ref().is_none_or(known));
+        self.slot_values.retain(|_, value| known(value));
+        self.leaves = self.slots.get(slots).map_or(self.leaves, |slot| slot.first_leaf);
+        self.slots.truncate(slots);
+        self.labels.truncate(labels);
+        self.graph.truncate(nodes);
+        self.diagnostics = Diagnostics::new();
+    }
+
+    /// Binds a name for a while, without calling its value so.
+    pub(super) fn lend(&mut self, name: &str, binding: Binding) {
+        self.names.insert(name.to_owned(), binding);
+    }
+
+    pub(super) fn take_back(&mut self, name: &str) {
+        self.names.remove(name);
+    }
+
     /// The name of a key column.
     pub(super) fn key_name(&self, number: usize) -> Option<String> {
         let known =

@@ -25,6 +25,8 @@ record! {
         pub loss: Option<Loss>,
         /// What `evaluate` prints.
         pub outputs: Map<Text>,
+        /// Derivatives derived by hand, to be checked: of what, by what, the formula.
+        pub derivatives: Map<Map<Text>>,
     }
 }
 

@@ -45,6 +45,15 @@ impl Labels {
         self.all.push((node, label));
     }
 
+    pub(crate) fn len(&self) -> usize {
+        self.all.len()
+    }
+
+    /// Forgets all labels but the first ones.
+    pub(crate) fn truncate(&mut self, labels: usize) {
+        self.all.truncate(labels);
+    }
+
     pub(crate) fn iter(&self) -> impl Iterator<Item = &(NodeId, Label)> {
         self.all.iter()
     }

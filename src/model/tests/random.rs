@@ -195,8 +195,10 @@ fn measurement() -> BoxedStrategy<Measurement> {
     let loss = (any_text(), of(quantity()), of(any_text()), of(any_text()))
         .prop_map(|(kernel, tuning, of, scale)| Loss { kernel, tuning, of, scale, span: Span::default() });
     let says = (map(quantity()), map(residual), of(loss.boxed()));
-    (data(), vec(any_text(), 0..3), map(input()), map(any_text()), says, map(any_text()))
-        .prop_map(|(data, keys, inputs, define, (correlations, residuals, loss), outputs)| Measurement {
+    let derivatives = map(map(any_text()).boxed());
+    (data(), vec(any_text(), 0..3), map(input()), map(any_text()), says, (map(any_text()), derivatives))
+        .prop_map(|(data, keys, inputs, define, (correlations, residuals, loss), (outputs, derivatives))| Measurement {
+            derivatives,
             data,
             keys,
             inputs,
