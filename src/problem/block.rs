@@ -198,13 +198,13 @@ impl<'p> Block<'p> {
         self.known.get(&chosen).copied().unwrap_or(0)
     }
 
-    fn combination_of(&self, row: usize) -> usize {
+    pub(super) fn combination_of(&self, row: usize) -> usize {
         let numbers: Vec<u32> = (0..self.measurement.keys.len()).map(|key| self.table.key_index(row, key)).collect();
         self.combination(&numbers) as usize
     }
 
     /// The numbers of a combination's leaves at a point.
-    fn leaves(&self, combination: usize, layout: &Layout, point: &[f64]) -> Vec<f64> {
+    pub(super) fn leaves(&self, combination: usize, layout: &Layout, point: &[f64]) -> Vec<f64> {
         let mut leaves = vec![0.0; self.measurement.leaves];
         for (slot, &group) in self.measurement.slots.iter().zip(&self.combinations[combination]) {
             let group = &layout.groups[group];

@@ -71,7 +71,7 @@ impl<'p> Seen<'p> {
             let shape = self.program.parameters[slot.parameter].shape;
             zeros.extend((shape.dimension()..shape.leaves()).map(|k| (slot.first_leaf + k) as u32));
         }
-        View { gathered, zeros, weights: weights.to_vec() }
+        View { gathered, zeros, weights: weights.to_vec(), ..View::default() }
     }
 
     fn values(self, of: &[Scalar], weights: &[f64], set: InstructionSet) -> Compiled {
