@@ -1,5 +1,5 @@
-//! phical beside what else gives the flagship's residuals and derivatives: code derived by hand and dual numbers, all on the
-//! same lines, on one thread, in turns.
+//! phical beside what else gives the flagship's residuals and derivatives: code derived by hand, dual numbers, and the code that
+//! phical itself emits, all on the same lines, on one thread, in turns.
 //!
 //! `RUSTFLAGS="-C target-cpu=x86-64-v4" cargo bench --bench peers` builds the peers for AVX-512 (v3: for AVX2); phical finds
 //! the instruction set at run time.
@@ -9,8 +9,14 @@
 mod clock;
 #[path = "peers/dual.rs"]
 mod dual;
+#[rustfmt::skip]
+#[allow(dead_code, unreachable_pub, reason = "it is as `phical derive` writes it, and not all of it is timed")]
+#[path = "peers/emitted.rs"]
+mod emitted;
 #[path = "peers/hand.rs"]
 mod hand;
+#[path = "peers/in_c.rs"]
+mod in_c;
 #[path = "peers/normal.rs"]
 mod normal;
 
@@ -82,6 +88,37 @@ fn others<'a>(q: &'a [f64], lines: &'a [Line]) -> Vec<Peer<'a>> {
     ]
 }
 
+/// Rows of one call of the emitted code that takes several.
+const ROWS: usize = phical::emit::ROWS;
+
+/// What the emitted Rust does with the lines, tilts and all.
+fn emitted_rust<'a>(q: &'a [f64], lines: &[Vec<f64>]) -> Vec<Peer<'a>> {
+    let q: &[f64; 21] = q.try_into().expect("the paper's parameters");
+    let single: Vec<[f64; 11]> = lines.iter().map(|line| line[..].try_into().expect("eleven readings")).collect();
+    let together: Vec<[[f64; ROWS]; 11]> = single
+        .chunks_exact(ROWS)
+        .map(|rows| std::array::from_fn(|k| std::array::from_fn(|row| rows[row][k])))
+        .collect();
+    let mut rows = vec![([0.0; 5], [[0.0; 21]; 5]); single.len()];
+    let mut rows_together = vec![([[0.0; ROWS]; 5], [[[0.0; ROWS]; 21]; 5]); together.len()];
+    vec![
+        Peer::new("emitted Rust: r + J", None, move || {
+            let p = emitted::vo_line::prepare(black_box(q));
+            for (x, (r, dr_dq)) in single.iter().zip(&mut rows) {
+                emitted::vo_line::jacobian(&p, x, r, dr_dq).expect("defined");
+            }
+            black_box(&mut rows);
+        }),
+        Peer::new("emitted Rust, 8 rows at a time: r + J", None, move || {
+            let p = emitted::vo_line::prepare(black_box(q));
+            for (x, (r, dr_dq)) in together.iter().zip(&mut rows_together) {
+                emitted::vo_line::jacobian_rows(&p, x, r, dr_dq).expect("defined");
+            }
+            black_box(&mut rows_together);
+        }),
+    ]
+}
+
 /// What phical does with the same lines, each way of it a row of the table.
 fn phical<'a>(set: InstructionSet, problem: &'a Problem) -> Vec<Peer<'a>> {
     let q = &problem.start;
@@ -102,16 +139,19 @@ fn phical<'a>(set: InstructionSet, problem: &'a Problem) -> Vec<Peer<'a>> {
 /// Other programs on the machine make times longer, never shorter: ratios are of the least ones, as the peak is.
 fn table(peers: &[Peer], times: &[Vec<f64>], peak: f64) {
     println!(
-        "| peer | ns per line: least | median | least, ratio | published × {PUBLISHED_PEAK} / {peak:.1} | least / that |"
+        "| peer | ns per line: least | median | least, ratio | median of ratios | published × {PUBLISHED_PEAK} / {peak:.1} | least / that |"
     );
-    println!("|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|");
     let least = |own: &[f64]| own.iter().copied().fold(f64::INFINITY, f64::min);
     for (peer, own) in peers.iter().zip(times) {
         let (name, ns, middle, ratio) = (&peer.name, least(own), median(own), least(own) / least(&times[0]));
         let expected = peer.published.map(|published| published * PUBLISHED_PEAK / peak);
         let (scaled, share) = expected
             .map_or_else(Default::default, |ns_there| (format!("{ns_there:.0}"), format!("{:.2}", ns / ns_there)));
-        println!("| {name} | {ns:.0} | {middle:.0} | {ratio:.2} | {scaled} | {share} |");
+        // of rounds, in which both had their turns one after the other
+        let ratios: Vec<f64> = own.iter().zip(&times[0]).map(|(own, first)| own / first).collect();
+        let middle_ratio = median(&ratios);
+        println!("| {name} | {ns:.0} | {middle:.0} | {ratio:.2} | {middle_ratio:.2} | {scaled} | {share} |");
     }
 }
 
@@ -168,6 +208,9 @@ fn main() {
     let peaks: Vec<(InstructionSet, f64)> = sets.map(|set| (set, peak(set))).collect();
     let own = peaks.iter().find(|(set, _)| *set == built).map_or(f64::NAN, |found| found.1);
     let mut peers = others(&point, &lines);
+    let whole: Vec<Vec<f64>> = (0..LINES).map(|row| simulated.tables[0].1.row(row).to_vec()).collect();
+    peers.extend(emitted_rust(&point, &whole));
+    peers.extend(in_c::peers(&point, &whole, built));
     peers.extend(problems.iter().flat_map(|(set, problem)| phical(*set, problem)));
     let times = measure(&mut peers, LINES, ROUNDS);
     table(&peers, &times, own);
