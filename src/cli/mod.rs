@@ -12,6 +12,7 @@
 mod arguments;
 mod calibrate;
 mod check;
+mod check_derivatives;
 mod compare;
 mod coverage;
 mod datum;
@@ -68,7 +69,7 @@ enum Command {
     Calibrate(calibrate::Calibrate),
     /// Simulate and fit many times: are the stated uncertainties true?
     Coverage(coverage::Coverage),
-    /// Residuals and their derivatives as formulas
+    /// Residuals and their derivatives as formulas or code
     Derive(derive::Derive),
     /// What can be known, before or after measuring, and what to hold or measure where it cannot
     Identify(identify::Identify),

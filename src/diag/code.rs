@@ -241,6 +241,8 @@ codes! {
         "Any choice of so many candidates, together with the priors, has fewer equations than unknowns or misses a direction that all candidates together see. Pick more rows, hold parameters with `--fix`, or state priors by `sigma`."
     TargetNowhere "E087" "no row of the volume has the target"
         "A target is an output of a measurement, or an expression of its inputs and definitions, and the volume has rows of other measurements only. Name rows that have it with `--over`: a scenario, or `MEASUREMENT=FILE`."
+    BadMatrix "E090" "the matrix does not fit"
+        "An audited Jacobian has for each row of data one row for each residual, in declared order, and a column for each free parameter; named columns may stand in any order and need not be all. The message says what was read and what is there: `--free`, `--fix` and `--data` choose the same parameters and rows that the other program had."
     NearConvention "W040" "a joint is close to where its convention breaks down"
         "A phi-model joint states the next axis by its common normal with the z of the phi-frame, a Denavit-Hartenberg row by that with its own axis. Where the two are parallel there is none: two parameters do the same, and a tilt cannot be stated. Write the joint with the phi of the hint, which puts the z of the phi-frame across the axis; the numbers beside it state the same nominal geometry."
 }

@@ -8,7 +8,9 @@ use super::count;
 use super::fit::unit;
 use super::number::{rounded, significant};
 use super::table::{Align, Grid};
-use crate::identify::{Candidate, Cure, Direction, Known, Practice, Structure};
+use crate::identify::{
+    CONDITION_INDEX, Candidate, Collinearity, Cure, Dependency, Direction, Known, Practice, Structure,
+};
 use crate::session::Session;
 
 /// Names of a cluster that are shown.
@@ -138,6 +140,13 @@ pub fn practice_text(found: &Practice, session: &Session, inputs: &str) -> Strin
             let _ = writeln!(out, "  {shown}{more} (up to {})", rounded(*strongest, 3));
         }
     }
+    let near = found.collinearity.dependencies();
+    if !near.is_empty() {
+        let _ = writeln!(out, "\nNearly dependent columns (condition indices beyond {CONDITION_INDEX})");
+    }
+    for dependency in near {
+        let _ = writeln!(out, "  {}", dependency.sentence());
+    }
     cures(&mut out, &found.cures);
     if found.asked {
         let of = if found.invisible.is_empty() { "what is known worst" } else { "what is invisible" };
@@ -210,6 +219,19 @@ fn cures_json(parts: &[Vec<Cure>]) -> Value {
     parts.iter().map(|choices| choices.iter().map(one).collect::<Value>()).collect()
 }
 
+fn collinearity_json(found: &Collinearity) -> Value {
+    let named = |all: &[(String, f64)]| -> Map<String, Value> {
+        all.iter().map(|(name, proportion)| (name.clone(), json!(proportion))).collect()
+    };
+    let dependency = |found: &Dependency| json!({"condition_index": found.index, "proportions": named(&found.members), "sentence": found.sentence()});
+    json!({
+        "parameters": found.names,
+        "condition_indices": found.indices,
+        "proportions": found.proportions,
+        "dependencies": found.dependencies().iter().map(dependency).collect::<Vec<_>>(),
+    })
+}
+
 /// What any data of a kind can see, as JSON.
 pub fn structure_json(found: &Structure, inputs: &str) -> Value {
     let parameters = found.free.iter().zip(&found.estimable);
@@ -224,7 +246,7 @@ pub fn structure_json(found: &Structure, inputs: &str) -> Value {
         "points": found.points,
         "skipped": found.skipped,
         "parameters": parameters,
-        "invisible": all_json(&found.invisible),
+        "null_directions": all_json(&found.invisible),
         "at_nominal": found.told_at_nominal,
         "stationary": all_json(&found.stationary),
         "weak": all_json(&found.weak),
@@ -263,13 +285,14 @@ pub fn practice_json(found: &Practice, inputs: &str) -> Value {
         "rank": found.rank,
         "free": found.parameters.len(),
         "parameters": parameters,
-        "invisible": all_json(&found.invisible),
+        "null_directions": all_json(&found.invisible),
         "prior_only": all_json(&found.prior_only),
         "weak": all_json(&found.weak),
         "condition": found.condition,
         "singular_values": found.singular_values,
         "indices": {"o1": o.o1, "o2": o.o2, "o3": o.o3, "o4": o.o4, "o5": o.o5},
         "clusters": clusters.collect::<Vec<_>>(),
+        "collinearity": collinearity_json(&found.collinearity),
         "cures": cures_json(&found.cures),
         "next": next,
     })

@@ -18,6 +18,7 @@
 //! # }
 //! ```
 
+mod against;
 mod calibrate;
 mod choice;
 mod continuation;
@@ -32,6 +33,7 @@ mod starts;
 mod timed;
 mod values;
 
+pub use against::{Against, Compared};
 pub use calibrate::{Calibration, calibrate, calibrate_by, fit_by};
 pub use choice::{Choice, UsedFile};
 pub use continuation::{FOLLOWED, follow};
@@ -51,6 +53,7 @@ use std::time::Instant;
 use crate::compile::{Program, Scenario, compile};
 use crate::data::fingerprint;
 use crate::diag::{Code, Diagnostic, Diagnostics, Source, did_you_mean};
+use crate::identify::Probe;
 use crate::model::{Model, load};
 use crate::problem::{Options, Problem};
 
@@ -71,6 +74,12 @@ pub struct Session {
     pub read_ns: u64,
     /// Nanoseconds taken to compile it.
     pub compile_ns: u64,
+}
+
+impl<'s> From<&'s Session> for Probe<'s> {
+    fn from(session: &'s Session) -> Self {
+        Probe::from(&session.program)
+    }
 }
 
 /// A session with data.
