@@ -7,8 +7,8 @@ use phical::model::load;
 use phical::problem::{Options, Problem, Selection};
 use phical::simulate;
 use phical::solve::{LeastSquares, Relation};
+use phical::testing::differences;
 
-use crate::derivatives::differences;
 use crate::fitting::bound;
 use crate::flagship::compiled;
 use crate::shared::project;

@@ -1,19 +1,16 @@
 //! The flagship against the oracle.
 
-use phical::compile::{Program, compile};
+use phical::compile::Program;
 use phical::data::Table;
-use phical::diag::Source;
-use phical::model::load;
 use phical::problem::{Options, Problem, Selection, Weights};
 
 use crate::close::close;
 use crate::shared::{numbers, project, shared_json};
 
 /// A compiled model from its text.
+#[track_caller]
 pub fn compiled(text: &str) -> Program {
-    let source = Source::new("test", text);
-    let (model, _) = load(&source).unwrap_or_else(|found| panic!("{}", phical::diag::text(&found, false)));
-    compile(&model, &source, &[]).unwrap_or_else(|found| panic!("{}", phical::diag::text(&found, false))).0
+    phical::testing::program(text)
 }
 
 /// The shipped flagship.

@@ -71,6 +71,36 @@ fn a_line_that_is_not_printed_is_noticed() {
     assert!(!matches(&["x", "c"], &expected));
 }
 
+/// The blocks of Rust code of a text, line by line, without lines that are hidden.
+fn rust_blocks(text: &str, prefix: &str, fence: &str) -> Vec<Vec<String>> {
+    let mut all: Vec<Vec<String>> = Vec::new();
+    let mut inside = false;
+    for line in text.lines() {
+        let Some(line) = line.strip_prefix(prefix).or((line == prefix.trim_end()).then_some("")) else { continue };
+        match (inside, line) {
+            (true, "```") => inside = false,
+            (false, _) if line == fence => {
+                inside = true;
+                all.push(Vec::new());
+            }
+            (true, _) if !line.starts_with("# ") => all.last_mut().expect("begun").push(line.to_owned()),
+            _ => {}
+        }
+    }
+    all
+}
+
+/// What README.md shows of the library is compiled and run as the example of the module it is about.
+#[test]
+fn rust_code_is_that_of_a_doc_test() {
+    let text = std::fs::read_to_string(project("README.md")).expect("README.md");
+    let module = std::fs::read_to_string(project("src/testing/mod.rs")).expect("the module");
+    let module = module.split("mod chains;").next().unwrap_or("");
+    let (shown, run) = (rust_blocks(&text, "", "```rust"), rust_blocks(module, "//! ", "```"));
+    assert_eq!(shown.len(), 1);
+    assert_eq!(shown, run);
+}
+
 #[test]
 fn the_quick_start_is_trustworthy() {
     let output = run("cargo run --release -- calibrate models/two_theodolite/model.ron").expect("a command");

@@ -16,10 +16,11 @@ const LAYERS: &[&[&str]] = &[
     &["simulate", "problem"],
     &["fit"],
     &["evaluate", "identify", "derive"],
-    &["session"],
+    &["audit"],
+    &["session", "emit"],
     &["compare", "coverage", "design"],
     &["report"],
-    &["cli"],
+    &["cli", "testing"],
 ];
 
 fn sources(folder: &Path) -> Vec<PathBuf> {
