@@ -152,7 +152,7 @@ fn expanded(model: &Model, expr: &Expr, other: Option<(&str, &Expr)>, open: &mut
         open.pop();
         return whole;
     }
-    rebuilt(expr, children)
+    expr.with_children(children)
 }
 
 /// A body with arguments in the place of names.
@@ -164,25 +164,7 @@ fn filled(body: &Expr, parameters: &[String], arguments: &[Expr]) -> Expr {
         return argument.clone();
     }
     let children: Vec<Expr> = body.children().map(|child| filled(child, parameters, arguments)).collect();
-    rebuilt(body, children)
-}
-
-/// The same head over other children.
-fn rebuilt(expr: &Expr, children: Vec<Expr>) -> Expr {
-    let mut children = children.into_iter();
-    let mut next = || children.next().unwrap_or_else(|| expr.clone());
-    let kind = match &expr.kind {
-        ExprKind::Field(_, field) => ExprKind::Field(Box::new(next()), field.clone()),
-        ExprKind::Negate(_) => ExprKind::Negate(Box::new(next())),
-        ExprKind::Binary { op, .. } => ExprKind::Binary { op: *op, left: Box::new(next()), right: Box::new(next()) },
-        ExprKind::Call { function, name_span, arguments } => ExprKind::Call {
-            function: function.clone(),
-            name_span: name_span.clone(),
-            arguments: arguments.iter().map(|_| next()).collect(),
-        },
-        leaf => leaf.clone(),
-    };
-    Expr { kind, span: expr.span.clone() }
+    body.with_children(children)
 }
 
 /// Ways from the root to every part, those of the smallest parts last.
@@ -206,7 +188,7 @@ fn with(expr: &Expr, path: &[usize], new: Expr) -> Expr {
     let Some((&first, rest)) = path.split_first() else { return new };
     let children = expr.children().enumerate();
     let children = children.map(|(k, child)| if k == first { with(child, rest, new.clone()) } else { child.clone() });
-    rebuilt(expr, children.collect())
+    expr.with_children(children.collect())
 }
 
 /// Names, fields and numbers that the formula and its functions use.

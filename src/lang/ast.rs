@@ -146,6 +146,27 @@ impl Expr {
         first.into_iter().chain(second).chain(many)
     }
 
+    /// The same head over other children, as many as it has.
+    #[must_use]
+    pub fn with_children(&self, children: Vec<Expr>) -> Expr {
+        let mut children = children.into_iter();
+        let mut next = || children.next().unwrap_or_else(|| self.clone());
+        let kind = match &self.kind {
+            ExprKind::Field(_, field) => ExprKind::Field(Box::new(next()), field.clone()),
+            ExprKind::Negate(_) => ExprKind::Negate(Box::new(next())),
+            ExprKind::Binary { op, .. } => {
+                ExprKind::Binary { op: *op, left: Box::new(next()), right: Box::new(next()) }
+            }
+            ExprKind::Call { function, name_span, arguments } => ExprKind::Call {
+                function: function.clone(),
+                name_span: name_span.clone(),
+                arguments: arguments.iter().map(|_| next()).collect(),
+            },
+            leaf => leaf.clone(),
+        };
+        Expr { kind, span: self.span.clone() }
+    }
+
     /// Shows every expression inside, itself first, then its children in the order of the text. Needs no stack.
     ///
     /// ```

@@ -4,12 +4,16 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
+use super::abbreviate::abbreviated;
 use crate::derive::{Derivation, Statement};
-use crate::lang::print;
+use crate::lang::{Expr, ExprKind, print};
 use crate::symbolic::{escaped, latex, terms};
 
 /// Longer formulas are broken at the signs of their sum, in LaTeX.
 const LINE: usize = 110;
+
+/// Formulas that are longer as text have names for their pieces, in LaTeX: no line may be wider than TeX can count.
+const LONGEST: usize = 400;
 
 /// Formulas in the language of models, section by section.
 pub fn derivation_text(all: &[Derivation]) -> String {
@@ -40,12 +44,13 @@ pub fn derivation_latex(all: &[Derivation], title: &str) -> String {
         "\\begin{document}\n",
     ));
     let _ = writeln!(out, "\\section*{{{}}}", escaped(title));
+    let mut pieces = 0;
     for found in all {
         let _ = writeln!(out, "\\subsection*{{{}}}", escaped(&found.measurement));
         for section in found.sections.iter().filter(|section| !section.statements.is_empty()) {
             let _ = writeln!(out, "\\paragraph{{{}}}", escaped(&section.title));
             let lines: Vec<String> =
-                section.statements.iter().map(|statement| statement_latex(statement, found)).collect();
+                section.statements.iter().map(|one| statement_latex(one, found, &mut pieces)).collect();
             let _ = writeln!(out, "\\begin{{align*}}\n{}\n\\end{{align*}}", lines.join(" \\\\\n"));
         }
     }
@@ -53,15 +58,29 @@ pub fn derivation_latex(all: &[Derivation], title: &str) -> String {
     out
 }
 
-fn statement_latex(statement: &Statement, found: &Derivation) -> String {
+/// A statement, and after it what the names of its pieces stand for; `pieces` counts those.
+fn statement_latex(statement: &Statement, found: &Derivation, pieces: &mut usize) -> String {
     let mut out = latex(&statement.name, &found.frames);
-    for form in &statement.forms {
+    let mut named = Vec::new();
+    let lines = |form: &Expr| {
         let whole = latex(form, &found.frames);
         let parts = if whole.len() > LINE { terms(form, &found.frames) } else { vec![whole] };
-        let _ = write!(out, " &= {}", parts.join(" \\\\\n  &\\quad "));
+        parts.join(" \\\\\n  &\\quad ")
+    };
+    for form in &statement.forms {
+        let short = abbreviated(form, LONGEST, || {
+            *pieces += 1;
+            format!("w_{pieces}")
+        });
+        named.extend(short.pieces);
+        let _ = write!(out, " &= {}", lines(&short.formula));
         if !std::ptr::eq(form, statement.forms.last().unwrap_or(form)) {
             out.push_str(" \\\\\n ");
         }
+    }
+    for (name, piece) in named.iter().rev() {
+        let name = latex(&Expr { kind: ExprKind::Name(name.clone()), span: 0..0 }, &found.frames);
+        let _ = write!(out, " \\\\\n {name} &= {}", lines(piece));
     }
     out
 }
@@ -72,7 +91,7 @@ pub fn derivation_json(all: &[Derivation]) -> Value {
         json!({
             "name": print(&statement.name),
             "forms": statement.forms.iter().map(print).collect::<Vec<_>>(),
-            "latex": statement_latex(statement, found),
+            "latex": statement_latex(statement, found, &mut 0),
         })
     };
     let section = |found: &Derivation, section: &crate::derive::Section| {

@@ -1,6 +1,7 @@
 //! Results as text for people and JSON for programs. Nothing here computes, and nothing writes: each function gives a whole
 //! text or value, and the caller decides where it goes.
 
+mod abbreviate;
 mod audit;
 mod check;
 mod comparison;
