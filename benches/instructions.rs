@@ -4,6 +4,15 @@
 //! The program counts itself: it runs again under callgrind with one pass over the lines and with three, and the difference
 //! is two passes, whatever starting took.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a benchmark prints what it measured")]
+#![allow(
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    clippy::string_slice,
+    clippy::unreachable,
+    clippy::unwrap_used,
+    reason = "a benchmark that cannot go on ends"
+)]
 
 use std::hint::black_box;
 use std::process::{Command, ExitCode};
@@ -37,7 +46,7 @@ fn work(what: &str, passes: usize) {
     let mut table = Table::new(0, width);
     for line in 0..LINES {
         let reading = |k: usize| if k < 9 { 0.5 + 0.3 * ((line * 9 + k) as f64).sin() } else { 0.0 };
-        table.push(&[], &(0..width).map(reading).collect::<Vec<f64>>(), None);
+        table.push(&[], &(0..width).map(reading).collect::<Vec<f64>>(), None).expect("a row of the table");
     }
     let execution = Execution::new(InstructionSet::detect(), 1);
     let options = Options { weights: Some(Weights::Unit), execution, ..Options::default() };

@@ -4,6 +4,15 @@
 //! `RUSTFLAGS="-C target-cpu=x86-64-v4" cargo bench --bench peers` builds the peers for AVX-512 (v3: for AVX2); phical finds
 //! the instruction set at run time.
 #![allow(clippy::print_stdout, reason = "a benchmark prints what it measured")]
+#![allow(
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    clippy::string_slice,
+    clippy::unreachable,
+    clippy::unwrap_used,
+    reason = "a benchmark that cannot go on ends"
+)]
 
 #[path = "peers/clock.rs"]
 mod clock;
@@ -49,7 +58,7 @@ fn bound<'p>(program: &'p Program, lines: &[Line], start: &[(String, f64)], exec
     for line in lines {
         let mut all = line.to_vec();
         all.resize(width, 0.0);
-        table.push(&[], &all, None);
+        table.push(&[], &all, None).expect("a row of the table");
     }
     let selection = Selection { free: vec!["L1.b".into()], start: start.to_vec(), ..Selection::default() };
     let options = Options { weights: Some(Weights::Unit), selection, execution, ..Options::default() };

@@ -1,5 +1,15 @@
 //! The road from text to fit, stage by stage: `cargo bench`. Compare ratios within one run, not times between runs.
 
+#![allow(
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    clippy::string_slice,
+    clippy::unreachable,
+    clippy::unwrap_used,
+    reason = "a benchmark that cannot go on ends"
+)]
+
 use divan::{Bencher, counter::ItemsCount};
 use phical::compile::{Program, compile};
 use phical::data::Table;
@@ -35,7 +45,7 @@ fn table(program: &Program, rows: usize) -> Table {
     let thousand = &simulated.tables[0].1;
     let mut table = Table::new(0, thousand.row(0).len());
     for row in 0..rows {
-        table.push(&[], &thousand.row(row % 1_000), None);
+        table.push(&[], &thousand.row(row % 1_000), None).expect("a row of the table");
     }
     table
 }
@@ -123,7 +133,7 @@ fn operations_by_joints(bencher: Bencher, joints: usize) {
     let mut table = Table::new(0, joints);
     for row in 0..ROWS {
         let readings: Vec<f64> = (0..joints).map(|k| ((row * 31 + k * 17) as f64).sin()).collect();
-        table.push(&[], &readings, None);
+        table.push(&[], &readings, None).expect("a row of the table");
     }
     let execution = Execution::new(InstructionSet::detect(), 1);
     let options = Options { execution, ..unit() };

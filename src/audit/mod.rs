@@ -11,6 +11,11 @@
 //!
 //! A *matrix* that another program made is compared entry by entry, once its conventions are recognised.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "equations and parameters are numbered by the stack they are of; what files say is looked up, in `read` and `layout`"
+)]
+
 mod cause;
 mod complex;
 mod differences;

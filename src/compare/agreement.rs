@@ -59,7 +59,7 @@ pub fn agreement(problem: &Problem, points: [&[f64]; 2], known: [&Stated; 2]) ->
 
     let n = problem.free.len();
     let units = &problem.program.units;
-    let coordinates = || problem.free.iter().map(|&c| &problem.layout.coordinates[c]);
+    let coordinates = || problem.free_coordinates();
     let factors: Vec<f64> = coordinates().zip(scale).map(|(c, scale)| units.to_reported(*scale, c.dimension)).collect();
     let covariance = match known {
         [Stated::Known(a), Stated::Known(b)] => {
@@ -80,14 +80,15 @@ pub fn agreement(problem: &Problem, points: [&[f64]; 2], known: [&Stated; 2]) ->
         }
         test = chi_squared_upper_tail(statistic, dof as f64).map(|upper_tail| Test { statistic, upper_tail });
     }
-    let difference = |(i, coordinate): (usize, &crate::problem::Coordinate)| Difference {
-        name: coordinate.name.clone(),
-        unit: units.symbol(coordinate.dimension),
-        value: z[i] * factors[i],
-        sigma: covariance.as_ref().map(|c| c[(i, i)].max(0.0).sqrt() * factors[i]),
-    };
+    let difference =
+        |(i, (coordinate, (z, factor))): (usize, (&crate::problem::Coordinate, (&f64, &f64)))| Difference {
+            name: coordinate.name.clone(),
+            unit: units.symbol(coordinate.dimension),
+            value: z * factor,
+            sigma: covariance.as_ref().map(|c| c[(i, i)].max(0.0).sqrt() * factor),
+        };
     Ok(Agreement {
-        differences: coordinates().enumerate().map(difference).collect(),
+        differences: coordinates().zip(z.iter().zip(&factors)).enumerate().map(difference).collect(),
         invisible: basis.len(),
         test,
         dof,
@@ -102,20 +103,19 @@ fn project(z: &mut [f64], basis: &[Vec<f64>]) {
     }
 }
 
-/// The covariance of a fit in tolerances, with zeros for what it held.
+/// The covariance of a fit in tolerances, with zeros for what it held; none of what has not as many numbers as names.
 fn in_tolerances(of: &JointUncertainty, names: &[&str], factors: &[f64]) -> Option<Matrix> {
-    let covariance = of.covariance.as_ref()?;
-    let n = names.len();
-    let place: Vec<Option<usize>> = names.iter().map(|name| of.names.iter().position(|known| known == name)).collect();
-    let mut matrix = Matrix::zeros(n, n);
-    for i in 0..n {
-        for j in 0..n {
-            if let (Some(a), Some(b)) = (place[i], place[j]) {
-                matrix[(i, j)] = covariance[a][b] / factors[i] / factors[j];
-            }
-        }
-    }
-    Some(matrix)
+    let covariance = of.covariance.as_ref().filter(|_| of.is_complete())?;
+    let place = |name: &&str| of.names.iter().position(|known| known == name);
+    let column = |(name, by): (&&str, &f64)| -> Vec<f64> {
+        let at = place(name);
+        let entry = |(other, factor): (&&str, &f64)| {
+            let entry = covariance.get(place(other)?)?.get(at?)?;
+            Some(entry / factor / by)
+        };
+        names.iter().zip(factors).map(|row| entry(row).unwrap_or(0.0)).collect()
+    };
+    Some(Matrix::from_columns(names.len(), &names.iter().zip(factors).map(column).collect::<Vec<_>>()))
 }
 
 /// P (A + B) P

@@ -76,7 +76,7 @@ pub fn nested(one: &Values, other: &Values) -> Result<Nested, String> {
         return Err("the fits have other priors or equations".into());
     }
     let smaller = usize::from(a.parameters > b.parameters);
-    let (small, large) = (&fits[smaller].summary, &fits[1 - smaller].summary);
+    let (small, large) = if smaller == 0 { (a, b) } else { (b, a) };
     if small.parameters == large.parameters {
         return Err("the fits have as many parameters".into());
     }

@@ -75,7 +75,7 @@ impl Scope<'_> {
 
     /// A mistake inside a function's body is reported there, with the call that led to it.
     fn blame_call(&mut self, before: usize, expr: &Expr, at: &Snippet, name: &str) {
-        for diagnostic in &mut self.diagnostics.0[before..] {
+        for diagnostic in self.diagnostics.0.iter_mut().skip(before) {
             if diagnostic.labels.is_empty() {
                 let labelled =
                     diagnostic.clone().label(&at.source, at.span(&expr.span), format!("`{name}` is called here"));
@@ -119,16 +119,16 @@ impl Scope<'_> {
                 }
             }
         }
-        let (mut frame, mut read) = (self.graph.no_motion(), 0);
-        for (k, joint) in declared.joints[..joints].iter().enumerate() {
-            let reading = joint.reading.map(|_| readings[read]);
-            read += usize::from(reading.is_some());
+        let mut frame = self.graph.no_motion();
+        let (mut readings, mut read) = (readings.into_iter(), Vec::new());
+        for (k, joint) in declared.joints.iter().take(joints).enumerate() {
+            let reading = joint.reading.and_then(|_| readings.next());
+            read.extend(reading.map(|s| s.0));
             let next = joint.frame(self, reading)?;
             frame = self.graph.compose_frame(frame, next);
             let whole = k + 1 == declared.joints.len();
             let part = if whole { declared.name.clone() } else { format!("{}.{}", declared.name, joint.name) };
-            let arguments = readings[..read].iter().map(|s| s.0).collect();
-            self.label(Value::Frame(frame, Dimension::LENGTH), Label::Chain(part, arguments));
+            self.label(Value::Frame(frame, Dimension::LENGTH), Label::Chain(part, read.clone()));
         }
         Some(Value::Frame(frame, Dimension::LENGTH))
     }

@@ -6,7 +6,7 @@ use super::quantity::Quantities;
 use super::scope::Scope;
 use super::snippet::Snippet;
 use crate::diag::Diagnostics;
-use crate::graph::{Axis, Frame, Scalar};
+use crate::graph::{Axis, Frame, Graph, Scalar};
 use crate::model::{self, DhRow, PhiJoint, Quantity, Reads, Rigid, Value};
 use crate::unit::Dimension;
 
@@ -155,28 +155,35 @@ fn read_joint(
 }
 
 impl Joint {
+    /// The values of all of a joint's symbols, each looked at so that every mistake is found.
+    fn symbols<const N: usize>(&self, scope: &mut Scope, names: [&str; N]) -> Option<[Scalar; N]> {
+        let all = names.map(|field| scope.joint_scalar(&format!("{}.{field}", self.name)));
+        all.into_iter().collect::<Option<Vec<_>>>()?.try_into().ok()
+    }
+
+    /// The angle and the slide of a joint, its reading added to that which it reads.
+    fn moved(&self, g: &mut Graph, angle: Scalar, slide: Scalar, reading: Option<Scalar>) -> (Scalar, Scalar) {
+        match (reading, self.reading) {
+            (Some(reading), Some(LENGTH)) => (angle, g.add(slide, reading)),
+            (Some(reading), Some(_)) => (g.add(angle, reading), slide),
+            _ => (angle, slide),
+        }
+    }
+
     /// The joint's frame, `reading` added where it reads.
     pub(crate) fn frame(&self, scope: &mut Scope, reading: Option<Scalar>) -> Option<Frame> {
-        let mut symbol = |field: &str| scope.joint_scalar(&format!("{}.{field}", self.name));
-        let wanted: &[&str] = match &self.motion {
-            Motion::Phi => &["phi", "d", "a", "b", "alpha", "beta"],
-            Motion::Rigid => &["x", "y", "z", "rx", "ry", "rz"],
-            Motion::Dh | Motion::ModifiedDh => &["theta", "d", "a", "alpha", "beta"],
-            Motion::Pose(at, name) => return scope.joint_pose(at, name),
-        };
-        let symbols: Vec<_> = wanted.iter().map(|field| symbol(field)).collect();
-        let mut s = symbols.into_iter().collect::<Option<Vec<_>>>()?;
-        let g = &mut scope.graph;
-        if let (Some(reading), Some(dimension)) = (reading, self.reading) {
-            // the angle is the first symbol, the slide the second, of every joint that moves
-            let k = usize::from(dimension == LENGTH);
-            s[k] = g.add(s[k], reading);
-        }
         Some(match &self.motion {
-            Motion::Phi => g.phi_joint(s[0], s[1], [s[2], s[3], s[4], s[5]]),
-            Motion::Rigid | Motion::Pose(..) => {
-                let origin = g.vector(s[0], s[1], s[2]);
-                let turns = [(Axis::X, s[3]), (Axis::Y, s[4]), (Axis::Z, s[5])];
+            Motion::Pose(at, name) => return scope.joint_pose(at, name),
+            Motion::Phi => {
+                let [phi, d, a, b, alpha, beta] = self.symbols(scope, ["phi", "d", "a", "b", "alpha", "beta"])?;
+                let (phi, d) = self.moved(&mut scope.graph, phi, d, reading);
+                scope.graph.phi_joint(phi, d, [a, b, alpha, beta])
+            }
+            Motion::Rigid => {
+                let [x, y, z, rx, ry, rz] = self.symbols(scope, ["x", "y", "z", "rx", "ry", "rz"])?;
+                let g = &mut scope.graph;
+                let origin = g.vector(x, y, z);
+                let turns = [(Axis::X, rx), (Axis::Y, ry), (Axis::Z, rz)];
                 let mut r = g.no_rotation();
                 for (axis, angle) in turns {
                     let turn = g.turn(axis, angle);
@@ -185,10 +192,13 @@ impl Joint {
                 g.frame(r, origin)
             }
             Motion::Dh | Motion::ModifiedDh => {
+                let [theta, d, a, alpha, beta] = self.symbols(scope, ["theta", "d", "a", "alpha", "beta"])?;
+                let g = &mut scope.graph;
+                let (theta, d) = self.moved(g, theta, d, reading);
                 let zero = g.constant(0.0);
-                let moving = g.screw(Axis::Z, s[0], s[1]);
-                let link = g.screw(Axis::X, s[3], s[2]);
-                let hayati = g.screw(Axis::Y, s[4], zero);
+                let moving = g.screw(Axis::Z, theta, d);
+                let link = g.screw(Axis::X, alpha, a);
+                let hayati = g.screw(Axis::Y, beta, zero);
                 let link = g.compose_frame(link, hayati);
                 match self.motion {
                     Motion::Dh => g.compose_frame(moving, link),

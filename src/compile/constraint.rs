@@ -91,17 +91,15 @@ pub(crate) fn compile(model: &Model, declarations: &Declarations, diagnostics: &
         }
     }
     let slots = named(&mut scope);
-    let mut columns = Vec::new();
+    let (mut columns, mut leaves) = (Vec::new(), Vec::new());
     let mut view = View::default();
     for (s, slot) in slots.iter().enumerate() {
-        let shape = declarations.parameters[slot.parameter].shape;
+        let shape = declarations.numbered(slot.parameter).shape;
         columns.extend((0..shape.dimension()).map(|k| (s, k)));
+        leaves.extend((0..shape.dimension()).map(|k| slot.first_leaf + shape.tangent_leaf(k)));
         view.zeros.extend((shape.dimension()..shape.leaves()).map(|k| (slot.first_leaf + k) as u32));
     }
-    let leaf = |&(s, k): &(usize, usize)| {
-        slots[s].first_leaf + declarations.parameters[slots[s].parameter].shape.tangent_leaf(k)
-    };
-    let leaves: Vec<Scalar> = columns.iter().map(|column| scope.graph.parameter(leaf(column) as u32)).collect();
+    let leaves: Vec<Scalar> = leaves.into_iter().map(|leaf| scope.graph.parameter(leaf as u32)).collect();
     let g: Vec<Scalar> = pairs.iter().map(|pair| pair.nodes[0]).collect();
     let derived = differentiate(&scope.graph, &g, &leaves, &view);
     let (items, kept, derivatives) = classify(&pairs, &columns, &derived, &declarations.source, &mut scope.diagnostics);
@@ -192,13 +190,13 @@ fn compare(
     if count == 2 {
         suffixes = if comparison == Comparison::AtMost { [" (lower)", " (upper)"] } else { [" (upper)", " (lower)"] };
     }
-    for k in 0..count {
-        let (left, right) = (values[k], values[k + 1]);
+    let neighbours = sides.iter().zip(sides.iter().skip(1)).zip(values.iter().zip(values.iter().skip(1)));
+    for (((one, other), (&left, &right)), suffix) in neighbours.zip(suffixes).take(count) {
         let units = scope.declarations.units;
         let dimension = match operator::difference(&mut scope.graph, &units, sign, left, right) {
             Ok(difference) => difference.dimension()?,
             Err(mismatch) => {
-                let span = at.span(&(sides[k].span.start..sides[k + 1].span.end));
+                let span = at.span(&(one.span.start..other.span.end));
                 let found = Diagnostic::error(mismatch.kind.code(), mismatch.message).at(&at.source, span);
                 scope.diagnostics.push(found.maybe_hint(mismatch.hint));
                 return None;
@@ -212,8 +210,8 @@ fn compare(
                 _ => scope.graph.sub(left, right),
             };
             pairs.push(Pair {
-                name: format!("{name}{component}{}", suffixes[k]),
-                text: format!("{} {sign} {}", sides[k], sides[k + 1]),
+                name: format!("{name}{component}{suffix}"),
+                text: format!("{one} {sign} {other}"),
                 relation,
                 dimension,
                 nodes: [g, left, right],
@@ -244,9 +242,11 @@ fn classify(
     diagnostics: &mut Diagnostics,
 ) -> (Vec<Constraint>, Vec<Scalar>, Vec<Scalar>) {
     let number = |s: Scalar| derived.graph.value(s);
-    let seen: Vec<Vec<((usize, usize), Scalar)>> = (0..pairs.len())
-        .map(|pair| {
-            let row = &derived.derivatives[pair * columns.len()..(pair + 1) * columns.len()];
+    let mut slopes = derived.derivatives.chunks(columns.len().max(1));
+    let seen: Vec<Vec<((usize, usize), Scalar)>> = pairs
+        .iter()
+        .map(|_| {
+            let row = slopes.next().unwrap_or_default();
             columns.iter().copied().zip(row.iter().copied()).filter(|&(_, slope)| number(slope) != Some(0.0)).collect()
         })
         .collect();

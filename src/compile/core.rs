@@ -129,8 +129,12 @@ fn scalar_operation(graph: &mut Graph, operation: Operation, arguments: &[Value]
         };
         scalars.push((s, dimension));
     }
-    let (x, dx) = scalars[0];
-    let (y, dy) = scalars.get(1).copied().unwrap_or((x, dx));
+    let Some(&(x, dx)) = scalars.first() else { return Err(wrong_arity(row.name, row.arity, 0)) };
+    let y = scalars.get(1).map_or(x, |(y, _)| *y);
+    let pair = |graph: &mut Graph| match arguments {
+        [one, other] => common(graph, one, other, row.name),
+        _ => Err(wrong_arity(row.name, 2, arguments.len())),
+    };
     let dimension = match row.dimensions {
         DimensionRule::OfAngle | DimensionRule::OfNumber | DimensionRule::ToAngle
             if !dx.without_angle().is_number() =>
@@ -142,16 +146,15 @@ fn scalar_operation(graph: &mut Graph, operation: Operation, arguments: &[Value]
         DimensionRule::OfAngle | DimensionRule::OfNumber => Dimension::NUMBER,
         DimensionRule::ToAngle => Dimension::ANGLE,
         DimensionRule::QuotientToAngle => {
-            common(graph, &arguments[0], &arguments[1], row.name)?;
+            pair(graph)?;
             Dimension::ANGLE
         }
         DimensionRule::Root => {
             dx.sqrt().ok_or_else(|| Mismatch::dimension(format!("the root of {} has no dimension", dx.noun())))?
         }
-        _ if row.arity == 2 => common(graph, &arguments[0], &arguments[1], row.name)?,
+        _ if row.arity == 2 => pair(graph)?,
         _ => dx,
     };
-    let _ = dy;
     Ok(Value::Scalar(graph.apply(operation, x, y), dimension))
 }
 
@@ -182,8 +185,8 @@ fn wrong(name: &str, wanted: &str, found: &Value) -> Mismatch {
 }
 
 fn vec(graph: &mut Graph, arguments: &[Value]) -> Checked {
+    let &[mut so_far, ..] = arguments else { return Err(wrong_arity("vec", 3, 0)) };
     let mut nodes = Vec::with_capacity(3);
-    let mut so_far = arguments[0];
     for argument in arguments {
         let Value::Scalar(s, _) = *argument else { return Err(wrong("vec", "three scalars", argument)) };
         let dimension = common(graph, &so_far, argument, "vec")?;
@@ -192,7 +195,8 @@ fn vec(graph: &mut Graph, arguments: &[Value]) -> Checked {
         }
         nodes.push(s);
     }
-    Ok(Value::Vector(graph.vector(nodes[0], nodes[1], nodes[2]), so_far.dimension().unwrap_or(Dimension::NUMBER)))
+    let &[x, y, z] = nodes.as_slice() else { return Err(wrong_arity("vec", 3, nodes.len())) };
+    Ok(Value::Vector(graph.vector(x, y, z), so_far.dimension().unwrap_or(Dimension::NUMBER)))
 }
 
 fn dot(graph: &mut Graph, arguments: &[Value]) -> Checked {
@@ -212,35 +216,45 @@ fn cross(graph: &mut Graph, arguments: &[Value]) -> Checked {
 }
 
 fn norm(graph: &mut Graph, arguments: &[Value]) -> Checked {
-    match arguments[0] {
-        Value::Vector(v, d) => Ok(Value::Scalar(graph.norm(v), d)),
-        ref other => Err(wrong("norm", "a vector", other)),
+    match arguments {
+        &[Value::Vector(v, d)] => Ok(Value::Scalar(graph.norm(v), d)),
+        [other] => Err(wrong("norm", "a vector", other)),
+        _ => Err(wrong_arity("norm", 1, arguments.len())),
     }
 }
 
 fn unit(graph: &mut Graph, arguments: &[Value]) -> Checked {
-    match arguments[0] {
-        Value::Vector(v, _) => Ok(Value::Vector(graph.unit(v), Dimension::NUMBER)),
-        ref other => Err(wrong("unit", "a vector", other)),
+    match arguments {
+        &[Value::Vector(v, _)] => Ok(Value::Vector(graph.unit(v), Dimension::NUMBER)),
+        [other] => Err(wrong("unit", "a vector", other)),
+        _ => Err(wrong_arity("unit", 1, arguments.len())),
     }
 }
 
 fn turn(graph: &mut Graph, arguments: &[Value], axis: Axis) -> Checked {
-    let name = ["rotation_x", "rotation_y", "rotation_z"][axis.index()];
-    match arguments[0] {
-        Value::Scalar(s, d) if d.without_angle().is_number() => Ok(Value::Rotation(graph.turn(axis, s))),
-        Value::Scalar(_, d) => Err(Mismatch::dimension(format!("`{name}` takes an angle, and this is {}", d.noun()))),
-        ref other => Err(wrong(name, "an angle", other)),
+    let name = match axis {
+        Axis::X => "rotation_x",
+        Axis::Y => "rotation_y",
+        Axis::Z => "rotation_z",
+    };
+    match arguments {
+        &[Value::Scalar(s, d)] if d.without_angle().is_number() => Ok(Value::Rotation(graph.turn(axis, s))),
+        &[Value::Scalar(_, d)] => {
+            Err(Mismatch::dimension(format!("`{name}` takes an angle, and this is {}", d.noun())))
+        }
+        [other] => Err(wrong(name, "an angle", other)),
+        _ => Err(wrong_arity(name, 1, arguments.len())),
     }
 }
 
 fn rotation_vector(graph: &mut Graph, arguments: &[Value]) -> Checked {
-    match arguments[0] {
-        Value::Vector(v, d) if d.without_angle().is_number() => Ok(Value::Rotation(graph.exp_rotation(v))),
-        Value::Vector(_, d) => {
+    match arguments {
+        &[Value::Vector(v, d)] if d.without_angle().is_number() => Ok(Value::Rotation(graph.exp_rotation(v))),
+        &[Value::Vector(_, d)] => {
             Err(Mismatch::dimension(format!("`rotation_vector` takes angles, and this is {}", d.noun())))
         }
-        ref other => Err(wrong("rotation_vector", "a vector of angles", other)),
+        [other] => Err(wrong("rotation_vector", "a vector of angles", other)),
+        _ => Err(wrong_arity("rotation_vector", 1, arguments.len())),
     }
 }
 
@@ -255,7 +269,8 @@ fn quaternion(graph: &mut Graph, arguments: &[Value]) -> Checked {
             ref other => return Err(wrong("quaternion", "four scalars", other)),
         }
     }
-    Ok(Value::Rotation(graph.quaternion(nodes[0], nodes[1], nodes[2], nodes[3])))
+    let &[w, x, y, z] = nodes.as_slice() else { return Err(wrong_arity("quaternion", 4, nodes.len())) };
+    Ok(Value::Rotation(graph.quaternion(w, x, y, z)))
 }
 
 fn frame(graph: &mut Graph, arguments: &[Value]) -> Checked {
@@ -295,16 +310,18 @@ fn transform(graph: &mut Graph, arguments: &[Value]) -> Checked {
 }
 
 fn inverse(graph: &mut Graph, arguments: &[Value]) -> Checked {
-    match arguments[0] {
-        Value::Rotation(r) => Ok(Value::Rotation(graph.inverse_rotation(r))),
-        Value::Frame(f, d) => Ok(Value::Frame(graph.inverse_frame(f), d)),
-        ref other => Err(wrong("inverse", "a rotation or a frame", other)),
+    match arguments {
+        &[Value::Rotation(r)] => Ok(Value::Rotation(graph.inverse_rotation(r))),
+        &[Value::Frame(f, d)] => Ok(Value::Frame(graph.inverse_frame(f), d)),
+        [other] => Err(wrong("inverse", "a rotation or a frame", other)),
+        _ => Err(wrong_arity("inverse", 1, arguments.len())),
     }
 }
 
 fn log_rotation(graph: &mut Graph, arguments: &[Value]) -> Checked {
-    match arguments[0] {
-        Value::Rotation(r) => Ok(Value::Vector(graph.log_rotation(r), Dimension::ANGLE)),
-        ref other => Err(wrong("log_rotation", "a rotation", other).hint("a frame's rotation is `F.r`")),
+    match arguments {
+        &[Value::Rotation(r)] => Ok(Value::Vector(graph.log_rotation(r), Dimension::ANGLE)),
+        [other] => Err(wrong("log_rotation", "a rotation", other).hint("a frame's rotation is `F.r`")),
+        _ => Err(wrong_arity("log_rotation", 1, arguments.len())),
     }
 }

@@ -243,15 +243,21 @@ impl Declarations {
         self.order.iter().filter(fixed).cloned().collect()
     }
 
+    /// A parameter by its number, which only declaring it gives.
+    #[allow(clippy::indexing_slicing, reason = "a number comes from `parameters`, which only grows")]
+    pub(crate) fn numbered(&self, parameter: usize) -> &Parameter {
+        &self.parameters[parameter]
+    }
+
     /// The chain of this name.
-    pub(crate) fn chain(&self, name: &str) -> Option<usize> {
-        self.chains.iter().position(|chain| chain.name == name)
+    pub(crate) fn chain(&self, name: &str) -> Option<&Chain> {
+        self.chains.iter().find(|chain| chain.name == name)
     }
 
     /// A chain and how many of its joints a call means: all in `left(…)`, those up to L1 in `left.L1(…)`.
     pub(crate) fn chain_part(&self, name: &str) -> Option<(&Chain, usize)> {
         let (chain, joint) = name.split_once('.').map_or((name, None), |(chain, joint)| (chain, Some(joint)));
-        let chain = &self.chains[self.chain(chain)?];
+        let chain = self.chain(chain)?;
         let last = match joint {
             Some(joint) => chain.joints.iter().position(|known| known.name == joint)? + 1,
             None => chain.joints.len(),
@@ -264,7 +270,7 @@ impl Declarations {
         if let Some((first, rest)) = name.split_once('.') {
             return Some(match self.chain(first) {
                 Some(chain) => {
-                    let joints: Vec<&str> = self.chains[chain].joints.iter().map(|joint| joint.name.as_str()).collect();
+                    let joints: Vec<&str> = chain.joints.iter().map(|joint| joint.name.as_str()).collect();
                     format!("the joints of the chain are {}", joints.join(", "))
                 }
                 None => format!("a function comes before its arguments, `{rest}(…)`"),

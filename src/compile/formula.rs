@@ -157,9 +157,9 @@ fn chosen(key: &str, leaves: &[By], named: &[&str]) -> Vec<Option<By>> {
     let Some(start) = key.strip_suffix('*') else {
         return leaves.iter().filter(|leaf| leaf.name == key).cloned().map(Some).collect();
     };
-    let inputs = leaves.len() - leaves.iter().rev().take_while(|leaf| leaf.input).count();
-    let among = if start.is_empty() { &leaves[..inputs] } else { leaves };
-    let meant = among.iter().filter(|leaf| leaf.name.starts_with(start) && !named.contains(&leaf.name.as_str()));
+    // inputs come last
+    let among = leaves.iter().filter(|leaf| !start.is_empty() || !leaf.input);
+    let meant = among.filter(|leaf| leaf.name.starts_with(start) && !named.contains(&leaf.name.as_str()));
     meant.map(|leaf| Some(By { any: true, ..leaf.clone() })).collect()
 }
 
@@ -212,7 +212,7 @@ fn leaves(scope: &mut Scope, inputs: &[Input]) -> Vec<By> {
     slots.sort_by_key(|slot| slot.parameter);
     let mut all = Vec::new();
     for slot in &slots {
-        let declared = &scope.declarations.parameters[slot.parameter];
+        let declared = scope.declarations.numbered(slot.parameter);
         let (shape, dimensions, plain) = (declared.shape, declared.dimensions.clone(), declared.name.clone());
         let keys: Vec<String> = slot.keys.iter().filter_map(|&key| scope.key_name(key)).collect();
         let name = if keys.is_empty() { plain } else { format!("{plain}[{}]", keys.join(", ")) };

@@ -17,7 +17,7 @@ impl Scope<'_> {
         if let Some(&known) = self.slot_values.get(&key) {
             return known;
         }
-        let declared = &self.declarations.parameters[parameter];
+        let declared = self.declarations.numbered(parameter);
         let first = self.leaves;
         let leaf = |graph: &mut Graph, i: usize| graph.parameter((first + i) as u32);
         let triple = |graph: &mut Graph, from: usize| {
@@ -25,7 +25,7 @@ impl Scope<'_> {
             graph.vector(x, y, z)
         };
         let g = &mut self.graph;
-        let dimension = declared.dimensions[0];
+        let dimension = declared.dimensions.first().copied().unwrap_or(Dimension::NUMBER);
         let rotation = |g: &mut Graph, from: usize| {
             let (value, perturbation) = (triple(g, from), triple(g, from + 3));
             let (value, perturbation) = (g.exp_rotation(value), g.exp_rotation(perturbation));
@@ -150,9 +150,9 @@ impl Scope<'_> {
             _ => return None,
         };
         let number = self.declarations.parameter(name)?;
-        let declared = &self.declarations.parameters[number];
+        let declared = self.declarations.numbered(number);
         let component = declared.shape.suffixes().iter().position(|suffix| suffix.strip_prefix('.') == Some(field))?;
-        let (dimension, shape) = (declared.dimensions[component], declared.shape);
+        let (dimension, shape) = (*declared.dimensions.get(component)?, declared.shape);
         let value = self.expression(base, at, locals)?;
         let known = self.slot_values.iter().find(|((of, _), known)| *of == number && **known == value)?;
         let slot = self.slots.iter().find(|slot| slot.parameter == number && slot.keys == known.0.1)?;

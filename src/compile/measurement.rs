@@ -77,24 +77,21 @@ pub(crate) fn definitions(scope: &mut Scope, define: &model::Map<Text>, source: 
 
 /// Turns "there is no `b` here" into what it is where `b` is this definition or a later one.
 fn explain_order(scope: &mut Scope, before: usize, define: &model::Map<Text>, at: usize) {
-    let names: Vec<&str> = define.keys().map(|key| key.value.as_str()).collect();
-    let uses = |from: usize, to: usize| {
-        let text = &define.0[from].1.value;
-        lang::parse(text).is_ok_and(|expr| {
+    let later: Vec<(&str, &Text)> = define.iter().skip(at).map(|(name, text)| (name.value.as_str(), text)).collect();
+    let Some(&(this, _)) = later.first() else { return };
+    let uses_this = |text: &Text| {
+        lang::parse(&text.value).is_ok_and(|expr| {
             let mut found = false;
-            expr.visit(|part| found |= matches!(&part.kind, lang::ExprKind::Name(name) if name == names[to]));
+            expr.visit(|part| found |= matches!(&part.kind, lang::ExprKind::Name(name) if name == this));
             found
         })
     };
-    for diagnostic in &mut scope.diagnostics.0[before..] {
-        let Some(later) = (at..names.len()).find(|&k| diagnostic.message == format!("there is no `{}` here", names[k]))
-        else {
-            continue;
-        };
-        let (this, that) = (names[at], names[later]);
-        if later == at || uses(later, at) {
+    for diagnostic in scope.diagnostics.0.iter_mut().skip(before) {
+        let missing = |name: &str| diagnostic.message == format!("there is no `{name}` here");
+        let Some(&(that, text)) = later.iter().find(|(name, _)| missing(name)) else { continue };
+        if that == this || uses_this(text) {
             diagnostic.code = Code::Circular;
-            diagnostic.message = if later == at {
+            diagnostic.message = if that == this {
                 format!("`{this}` depends on itself")
             } else {
                 format!("`{this}` and `{that}` depend on each other")

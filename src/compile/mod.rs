@@ -35,6 +35,7 @@ pub use program::{
     Scenario, Setting, Shape, Sigma, Simulation, Slot, Step,
 };
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use crate::diag::{Code, Diagnostic, Diagnostics, Source, Span};
@@ -175,7 +176,7 @@ fn check_use(
     source: &Arc<Source>,
     diagnostics: &mut Diagnostics,
 ) {
-    let mut used = vec![false; parameters.len()];
+    let mut used: HashSet<usize> = HashSet::new();
     for measurement in measurements {
         let mut leaves = vec![false; measurement.leaves];
         for output in 0..measurement.tape.outputs() {
@@ -184,17 +185,21 @@ fn check_use(
             }
         }
         for slot in &measurement.slots {
-            let end = slot.first_leaf + parameters[slot.parameter].shape.leaves();
-            used[slot.parameter] |= leaves[slot.first_leaf..end].contains(&true);
+            let own = leaves
+                .iter()
+                .skip(slot.first_leaf)
+                .take(parameters.get(slot.parameter).map_or(0, |p| p.shape.leaves()));
+            if own.into_iter().any(|&used| used) {
+                used.insert(slot.parameter);
+            }
         }
     }
     for item in constraints.items.iter().filter(|item| item.relation == Relation::Equal) {
-        for &(slot, _) in &item.columns {
-            used[constraints.slots[slot].parameter] = true;
-        }
+        let slots = item.columns.iter().filter_map(|&(slot, _)| constraints.slots.get(slot));
+        used.extend(slots.map(|slot| slot.parameter));
     }
-    for (parameter, used) in parameters.iter().zip(used) {
-        if !used && parameter.setting.role == Role::Free {
+    for (number, parameter) in parameters.iter().enumerate() {
+        if !used.contains(&number) && parameter.setting.role == Role::Free {
             let message = format!("no residual depends on the free parameter `{}`", parameter.name);
             let found = Diagnostic::error(Code::UnusedParameter, message).at(source, parameter.span);
             diagnostics.push(found.hint("use it, hold it with `Held(…)`, or remove it"));

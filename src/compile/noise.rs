@@ -1,5 +1,6 @@
 //! What a measurement says of its errors: standard deviations, correlations, and what large residuals count.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::program::{Input, LossOf, Robust, Sigma};
@@ -71,8 +72,8 @@ pub(crate) fn correlations(
     }
     let source = Arc::clone(&quantities.source);
     let measured: Vec<&str> = inputs.iter().filter(|i| i.sigma.is_some()).map(|i| i.name.as_str()).collect();
-    let mut matrix: Vec<Vec<f64>> =
-        (0..measured.len()).map(|i| (0..measured.len()).map(|j| f64::from(u8::from(i == j))).collect()).collect();
+    // of two of the measured, the first one first
+    let mut known: HashMap<(usize, usize), f64> = HashMap::new();
     let mut whole = true;
     for (pair, value) in declared.iter() {
         let mut report = |found: Diagnostic| {
@@ -105,9 +106,12 @@ pub(crate) fn correlations(
             whole = false;
             continue;
         }
-        matrix[i][j] = value;
-        matrix[j][i] = value;
+        known.insert((i.min(j), i.max(j)), value);
     }
+    let entry =
+        |i: usize, j: usize| if i == j { 1.0 } else { known.get(&(i.min(j), i.max(j))).copied().unwrap_or(0.0) };
+    let all = 0..measured.len();
+    let matrix: Vec<Vec<f64>> = all.clone().map(|i| all.clone().map(|j| entry(i, j)).collect()).collect();
     if whole && cholesky(&Matrix::from_rows(measured.len(), &matrix)).is_none() {
         let at = declared.iter().next().map(|(pair, _)| Snippet::new(pair, &source));
         let message = "the correlations contradict each other: no errors are correlated so";
@@ -123,7 +127,8 @@ pub(crate) fn correlations(
 pub(crate) fn robust(declared: &model::Loss, quantities: &Quantities, diagnostics: &mut Diagnostics) -> Option<Robust> {
     let source = Arc::clone(&quantities.source);
     let names: Vec<&str> = Kernel::ALL.iter().map(|kernel| kernel.name()).collect();
-    let kernel = choice(&declared.kernel, "loss", &names, &source, diagnostics).map(|k| Kernel::ALL[k]);
+    let kernel =
+        choice(&declared.kernel, "loss", &names, &source, diagnostics).and_then(|k| Kernel::ALL.get(k).copied());
     let tuning = match &declared.tuning {
         Some(tuning) => quantities.positive(tuning, Dimension::NUMBER, None, diagnostics).map(Some),
         None => Some(None),

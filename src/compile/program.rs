@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use super::constraint::Constraints;
-use crate::diag::{Source, Span};
+use crate::diag::{Code, Diagnostic, Source, Span};
 use crate::graph::{Graph, Scalar, Tape};
 use crate::statistics::Loss;
 use crate::symbolic::Labels;
@@ -30,6 +30,20 @@ pub struct Program {
     pub scenarios: Vec<Scenario>,
     /// The text it was compiled from, for diagnostics.
     pub source: Arc<Source>,
+}
+
+impl Program {
+    /// A measurement by its number.
+    ///
+    /// # Errors
+    /// Where there are not as many.
+    pub fn measurement(&self, number: usize) -> Result<&Measurement, Box<Diagnostic>> {
+        self.measurements.get(number).ok_or_else(|| {
+            let all = self.measurements.len();
+            let message = format!("there is no measurement number {number}: the model has {all}, counted from 0");
+            Box::new(Diagnostic::error(Code::UnknownMeasurement, message))
+        })
+    }
 }
 
 /// The shape of a parameter.

@@ -25,9 +25,11 @@ impl Quantities {
     pub(crate) fn of_units(units: Units, source: &Arc<Source>) -> Self {
         // 0.1 mm and 0.05 mrad, unless the model says otherwise
         let mm = Unit { factor: 1e-3, dimension: Dimension::LENGTH };
-        let mut tolerances = [None; 5];
-        tolerances[Base::Length as usize] = Some(units.to_internal(0.1, mm));
-        tolerances[Base::Angle as usize] = Some(5e-5);
+        let tolerances = Base::ALL.map(|base| match base {
+            Base::Length => Some(units.to_internal(0.1, mm)),
+            Base::Angle => Some(5e-5),
+            _ => None,
+        });
         Quantities { units, source: Arc::clone(source), tolerances, number_tolerance: None }
     }
 
@@ -57,13 +59,15 @@ impl Quantities {
             &model.tolerances.mass,
             &model.tolerances.temperature,
         ];
-        for (base, quantity) in Base::ALL.into_iter().zip(declared) {
+        let mut tolerances = all.tolerances;
+        for ((base, quantity), tolerance) in Base::ALL.into_iter().zip(declared).zip(&mut tolerances) {
             if let Some(quantity) = quantity
                 && let Some(value) = all.positive(quantity, Dimension::of(base), None, diagnostics)
             {
-                all.tolerances[base as usize] = Some(value);
+                *tolerance = Some(value);
             }
         }
+        all.tolerances = tolerances;
         if let Some(quantity) = &model.tolerances.number {
             all.number_tolerance = all.positive(quantity, Dimension::NUMBER, None, diagnostics);
         }
@@ -183,9 +187,9 @@ impl Quantities {
     /// What counts as known well enough where nothing is said: a thousandth of the nominal value, or of one, where there is
     /// no default for the dimension.
     fn tolerance(&self, dimension: Dimension, nominal: f64) -> f64 {
-        let base = Base::ALL.into_iter().find(|&base| Dimension::of(base) == dimension);
-        let declared = match base {
-            Some(base) => self.tolerances[base as usize],
+        let mut of_bases = Base::ALL.into_iter().zip(self.tolerances);
+        let declared = match of_bases.find(|(base, _)| Dimension::of(*base) == dimension) {
+            Some((_, tolerance)) => tolerance,
             None if dimension.is_number() => self.number_tolerance,
             None => None,
         };
@@ -233,8 +237,8 @@ impl Quantities {
         span: Span,
         diagnostics: &mut Diagnostics,
     ) -> bool {
-        for (k, &dimension) in dimensions.iter().enumerate() {
-            let (nominal, min, max) = (setting.nominal[k], setting.min[k], setting.max[k]);
+        let values = setting.nominal.iter().zip(setting.min.iter().zip(&setting.max));
+        for (&dimension, (&nominal, (&min, &max))) in dimensions.iter().zip(values) {
             let shown = |value| self.units.shown(value, dimension);
             let message = if min > max {
                 format!("the lower bound {} is above the upper bound {}", shown(min), shown(max))
@@ -335,14 +339,14 @@ impl Context<'_> {
         sigma.extend(read(&self.declared.sigma_angle, split..n, true)?);
         let mut tolerance = read(&tolerance, 0..split, true)?;
         tolerance.extend(read(&self.declared.tolerance_angle, split..n, true)?);
-        let tolerance = tolerance.into_iter().enumerate();
+        let tolerance = tolerance.into_iter().zip(self.dimensions.iter().zip(&nominal));
         let setting = Setting {
             role,
             min: min?.into_iter().map(|v| v.unwrap_or(f64::NEG_INFINITY)).collect(),
             max: max?.into_iter().map(|v| v.unwrap_or(f64::INFINITY)).collect(),
             sigma,
             tolerance: tolerance
-                .map(|(i, v)| v.unwrap_or_else(|| self.quantities.tolerance(self.dimensions[i], nominal[i])))
+                .map(|(v, (&dimension, &nominal))| v.unwrap_or_else(|| self.quantities.tolerance(dimension, nominal)))
                 .collect(),
             nominal,
         };
@@ -357,16 +361,17 @@ impl Context<'_> {
         diagnostics: &mut Diagnostics,
     ) -> Option<Vec<Option<f64>>> {
         let mut values = Vec::with_capacity(range.len());
-        for (k, i) in range.enumerate() {
+        let dimensions = self.dimensions.get(range)?;
+        for (k, &dimension) in dimensions.iter().enumerate() {
             let quantity = match part {
                 Components::One(one) => one,
                 Components::Each(all) => all.get(k)?,
             };
-            let bare = self.unit.filter(|unit| unit.dimension == self.dimensions[i]);
+            let bare = self.unit.filter(|unit| unit.dimension == dimension);
             let value = if positive {
-                self.quantities.positive(quantity, self.dimensions[i], bare, diagnostics)
+                self.quantities.positive(quantity, dimension, bare, diagnostics)
             } else {
-                self.quantities.constant(quantity, self.dimensions[i], bare, diagnostics)
+                self.quantities.constant(quantity, dimension, bare, diagnostics)
             };
             values.push(Some(value?));
         }

@@ -41,8 +41,10 @@ pub(crate) fn compile(
             );
             continue;
         };
-        let dimension = declarations.parameters[first.parameter].dimensions[first.component];
-        if let Some(distribution) = distribution(draw, Some((dimension, None)), quantities, diagnostics).map(|(d, _)| d)
+        let dimension = declarations.numbered(first.parameter).dimensions.get(first.component);
+        if let Some(&dimension) = dimension
+            && let Some(distribution) =
+                distribution(draw, Some((dimension, None)), quantities, diagnostics).map(|(d, _)| d)
         {
             truth.push((name.value.clone(), distribution));
         }
@@ -50,15 +52,14 @@ pub(crate) fn compile(
     let mut simulations = Vec::new();
     for (name, experiment) in declared.measurements.iter() {
         let at = Snippet::new(name, source);
-        let Some(index) = measurements.iter().position(|m| m.name == name.value) else {
+        let Some((index, measurement)) = measurements.iter().enumerate().find(|(_, m)| m.name == name.value) else {
             let all: Vec<&str> = measurements.iter().map(|m| m.name.as_str()).collect();
             let found = at.whole(Code::UnknownMeasurement, format!("there is no measurement `{}`", name.value));
             diagnostics.push(found.maybe_hint(did_you_mean(&name.value, "measurements", &all)));
             continue;
         };
         let Some(declared) = model.measurements.get(&name.value) else { continue };
-        let builder =
-            Builder { experiment, declared, inputs: &measurements[index].inputs, at, declarations, quantities };
+        let builder = Builder { experiment, declared, inputs: &measurement.inputs, at, declarations, quantities };
         simulations.push(builder.build(index, diagnostics));
     }
     Scenario { name: name.value.clone(), seed: declared.seed.unwrap_or(0), truth, measurements: simulations }
@@ -140,16 +141,17 @@ impl Builder<'_> {
         let mut planned = Vec::new();
         // inputs whose step has a mistake, which is reported: they are not said to be without a value as well
         let mut broken = Vec::new();
+        let number = |name: &Text| self.input(&name.value).map(|(variable, _)| variable);
         for (name, quantity) in self.experiment.set.iter() {
             match self.set(&mut scope, name, quantity, diagnostics) {
                 Some(step) => planned.push(step),
-                None => broken.extend(self.input(&name.value)),
+                None => broken.extend(number(name)),
             }
         }
         for solve in &self.experiment.solve {
             match self.solve(&mut scope, solve, diagnostics) {
                 Some(step) => planned.push(step),
-                None => broken.extend(solve.unknowns.keys().filter_map(|name| self.input(&name.value))),
+                None => broken.extend(solve.unknowns.keys().filter_map(number)),
             }
         }
         let variables = self.inputs.len() + auxiliary.len();
@@ -174,8 +176,9 @@ impl Builder<'_> {
         }
     }
 
-    fn input(&self, name: &str) -> Option<usize> {
-        self.inputs.iter().position(|input| input.name == name)
+    /// An input and its number.
+    fn input(&self, name: &str) -> Option<(usize, &Input)> {
+        self.inputs.iter().enumerate().find(|(_, input)| input.name == name)
     }
 
     /// Names and numbers drawn; a drawn name that is neither an input nor a key is an auxiliary variable.
@@ -208,16 +211,16 @@ impl Builder<'_> {
                 continue;
             }
             let input = self.input(&name.value);
-            let wanted = input.map(|i| (self.inputs[i].unit.dimension, Some(self.inputs[i].unit)));
+            let wanted = input.map(|(_, input)| (input.unit.dimension, Some(input.unit)));
             let Some((distribution, dimension)) = distribution(draw, wanted, self.quantities, diagnostics) else {
                 // reported: nothing that follows from it is
                 match input {
-                    Some(variable) => draws.push((variable, Distribution::Constant(0.0))),
+                    Some((variable, _)) => draws.push((variable, Distribution::Constant(0.0))),
                     None => scope.bind(&name.value, Binding::Broken),
                 }
                 continue;
             };
-            let variable = input.unwrap_or_else(|| {
+            let variable = input.map(|(variable, _)| variable).unwrap_or_else(|| {
                 auxiliary.push(name.value.clone());
                 let variable = self.inputs.len() + auxiliary.len() - 1;
                 let node = scope.graph.input(variable as u32);
@@ -243,11 +246,11 @@ impl Builder<'_> {
         quantity: &Quantity,
         diagnostics: &mut Diagnostics,
     ) -> Option<Planned> {
-        let Some(variable) = self.input(&name.value) else {
+        let Some((variable, input)) = self.input(&name.value) else {
             self.unknown_input(name, diagnostics);
             return None;
         };
-        let wanted = self.inputs[variable].unit;
+        let wanted = input.unit;
         let node =
             match quantity {
                 Quantity::Number(_) => {
@@ -282,11 +285,11 @@ impl Builder<'_> {
     fn solve(&self, scope: &mut Scope, solve: &model::Solve, diagnostics: &mut Diagnostics) -> Option<Planned> {
         let (mut unknowns, mut start, mut angles) = (Vec::new(), Vec::new(), Vec::new());
         for (name, quantity) in solve.unknowns.iter() {
-            let Some(variable) = self.input(&name.value) else {
+            let Some((variable, input)) = self.input(&name.value) else {
                 self.unknown_input(name, diagnostics);
                 return None;
             };
-            let unit = self.inputs[variable].unit;
+            let unit = input.unit;
             start.push(self.quantities.constant(quantity, unit.dimension, Some(unit), diagnostics)?);
             angles.push(unit.dimension == Dimension::ANGLE);
             unknowns.push(variable);
@@ -320,33 +323,33 @@ impl Builder<'_> {
         variables: usize,
         diagnostics: &mut Diagnostics,
     ) -> Vec<Step> {
-        let mut has = vec![false; variables];
-        known.into_iter().for_each(|variable| has[variable] = true);
+        let mut has: Vec<bool> = (0..variables).map(|variable| known.contains(&variable)).collect();
         let given: Vec<usize> = planned.iter().flat_map(|p| p.gives.clone()).collect();
-        for (i, input) in self.inputs.iter().enumerate() {
-            if !has[i] && !given.contains(&i) {
+        for ((i, input), has) in self.inputs.iter().enumerate().zip(&mut has) {
+            if !*has && !given.contains(&i) {
+                *has = true;
                 if input.default.is_some() {
-                    has[i] = true;
                     continue;
                 }
                 let message = format!("the input `{}` is neither drawn, set nor solved for", input.name);
                 let hint = "add it to `draw`, `set` or `solve`, or give the input a `default`";
                 diagnostics.push(self.at.whole(Code::InputWithoutValue, message).hint(hint));
-                has[i] = true;
             }
         }
         let mut steps = Vec::new();
         while !planned.is_empty() {
             let ready = planned.iter().position(|p| p.needs.iter().zip(&has).all(|(need, has)| !need || *has));
             let Some(ready) = ready else {
-                let names: Vec<String> =
-                    planned.iter().flat_map(|p| &p.gives).map(|&i| format!("`{}`", self.inputs[i].name)).collect();
+                let waiting = planned.iter().flat_map(|p| &p.gives).filter_map(|&i| self.inputs.get(i));
+                let names: Vec<String> = waiting.map(|input| format!("`{}`", input.name)).collect();
                 let message = format!("the inputs {} wait for each other", names.join(", "));
                 diagnostics.push(self.at.whole(Code::Circular, message).hint("solve for them in one entry of `solve`"));
                 break;
             };
             let next = planned.remove(ready);
-            next.gives.iter().for_each(|&variable| has[variable] = true);
+            for (_, has) in has.iter_mut().enumerate().filter(|(variable, _)| next.gives.contains(variable)) {
+                *has = true;
+            }
             steps.push(next.step);
         }
         steps
@@ -355,11 +358,11 @@ impl Builder<'_> {
     fn noise(&self, diagnostics: &mut Diagnostics) -> Vec<(f64, Option<Sigma>)> {
         let mut noise: Vec<(f64, Option<Sigma>)> = self.inputs.iter().map(|input| (0.0, input.sigma)).collect();
         for (name, declared) in self.experiment.noise.iter() {
-            let Some(i) = self.input(&name.value) else {
+            let Some((i, input)) = self.input(&name.value) else {
                 self.unknown_input(name, diagnostics);
                 continue;
             };
-            let unit = self.inputs[i].unit;
+            let unit = input.unit;
             let mut number = |quantity: &Option<Quantity>| {
                 quantity.as_ref().and_then(|q| self.quantities.constant(q, unit.dimension, Some(unit), diagnostics))
             };
@@ -368,7 +371,9 @@ impl Builder<'_> {
                 let at = Snippet::new(name, &Arc::clone(&self.declarations.source));
                 diagnostics.push(at.whole(Code::NotPositive, "a standard deviation is not negative"));
             }
-            noise[i] = (mean, Some(Sigma::Constant(sigma)));
+            if let Some(of) = noise.get_mut(i) {
+                *of = (mean, Some(Sigma::Constant(sigma)));
+            }
         }
         noise
     }

@@ -17,8 +17,9 @@ use crate::lang::{Expr, ExprKind, Key};
 use crate::symbolic::{Label, Labels};
 use crate::unit::Dimension;
 
-/// Graphs beyond this many nodes are refused.
-const MOST_NODES: usize = 4_000_000;
+/// Graphs beyond this many nodes are refused, after a second or two; functions that call others twice double them at every
+/// level.
+const MOST_NODES: usize = 1_000_000;
 /// Function calls and operands nested beyond this depth are refused.
 const DEEPEST: usize = 600;
 
@@ -216,8 +217,7 @@ impl<'d> Scope<'d> {
             return known;
         }
         let is_function = self.declarations.functions.contains_key(name) || core::arity(name).is_some();
-        let family =
-            |symbol: &Symbol| matches!(symbol, Symbol::Parameter(p) if self.declarations.parameters[*p].family);
+        let family = |symbol: &Symbol| matches!(symbol, Symbol::Parameter(p) if self.declarations.numbered(*p).family);
         let hint = if self.declarations.symbol(name).is_some_and(family) {
             Some(format!("`{name}` is a family, and `{name}[key]` one of its members"))
         } else if is_function || self.declarations.chain(name).is_some() {
@@ -264,7 +264,7 @@ impl<'d> Scope<'d> {
             self.report(Code::UnknownName, expr, at, &format!("there is no family `{family}`"), hint);
             return None;
         };
-        if !self.declarations.parameters[parameter].family {
+        if !self.declarations.numbered(parameter).family {
             let message = format!("`{family}` is one parameter, not a family");
             self.report(Code::WrongShape, expr, at, &message, Some("say `family: true` where it is declared".into()));
             return None;
@@ -319,7 +319,7 @@ impl<'d> Scope<'d> {
         let symbol = self.declarations.symbol(name)?;
         let value = match symbol {
             Symbol::Parameter(parameter) => {
-                let declared = &self.declarations.parameters[*parameter];
+                let declared = self.declarations.numbered(*parameter);
                 if declared.family {
                     // a family without its key: a mistake of every expression that names it so
                     return None;

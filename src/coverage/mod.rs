@@ -25,7 +25,7 @@ use rayon::prelude::*;
 
 use crate::compile::Scenario;
 use crate::diag::{Code, Diagnostic, Diagnostics};
-use crate::problem::{self, Execution, Weights};
+use crate::problem::{self, Weights};
 use crate::session::Session;
 use crate::statistics::{clopper_pearson, median};
 use run::{Failure, Run, Stop};
@@ -79,6 +79,8 @@ pub struct Coverage {
     pub runs: u64,
     /// The seed of the first.
     pub first: u64,
+    /// Whether all that were asked for were made.
+    pub whole: bool,
     /// Seeds of which the scenario could not make data.
     pub not_simulated: u64,
     /// How many runs failed, by reason, the most frequent first.
@@ -152,12 +154,16 @@ pub fn coverage(
 ) -> Result<Coverage, Diagnostics> {
     let first = options.first.unwrap_or(scenario.seed);
     let mut bind = options.problem.clone();
-    bind.execution = Execution::new(bind.execution.instructions(), 1);
+    bind.execution = bind.execution.alone();
     let plan = run::Plan::new(session, scenario, options, bind);
     let done = AtomicU64::new(0);
+    let stop = &options.problem.execution;
+    // runs that were cut short say nothing
     let one = |seed: u64| {
-        let result = plan.run(first.wrapping_add(seed));
-        progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+        let result = (!stop.stopped()).then(|| plan.run(first.wrapping_add(seed))).flatten();
+        if result.is_some() {
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+        }
         result
     };
     let pool = ThreadPoolBuilder::new().num_threads(options.threads).build().map_err(|error| {
@@ -165,10 +171,11 @@ pub fn coverage(
     })?;
     let mut sum = Sum::default();
     let mut begun = 0;
-    while begun < options.seeds {
+    while begun < options.seeds && !stop.stopped() {
         let until = options.seeds.min(begun.saturating_add(AT_A_TIME));
-        let results: Vec<Result<Run, Stop>> = pool.install(|| (begun..until).into_par_iter().map(one).collect());
-        for result in results {
+        let results: Vec<Option<Result<Run, Stop>>> =
+            pool.install(|| (begun..until).into_par_iter().map(one).collect());
+        for result in results.into_iter().flatten() {
             sum.add(result).map_err(|found| with_warnings(session, found))?;
         }
         begun = until;
@@ -178,7 +185,14 @@ pub fn coverage(
         let found = sum.unsimulated.take().map_or_else(none, |found| *found);
         return Err(with_warnings(session, found.into()));
     }
-    Ok(sum.finish(session, first, plan.rows))
+    let all = sum.runs + sum.not_simulated;
+    let mut found = sum.finish(session, first, plan.rows);
+    if all < options.seeds {
+        let message = format!("interrupted after {all} of {} runs", options.seeds);
+        found.whole = false;
+        found.warnings.push(Diagnostic::warning(Code::Interrupted, message));
+    }
+    Ok(found)
 }
 
 fn with_warnings(session: &Session, found: Diagnostics) -> Diagnostics {
@@ -253,6 +267,7 @@ impl Sum {
         Coverage {
             runs: self.runs,
             first,
+            whole: true,
             not_simulated: self.not_simulated,
             failures: self.failures,
             parameters,

@@ -1,5 +1,10 @@
 //! Outputs at a fit, with what the uncertainties of its parameters and of the readings make of them.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "slots, groups and columns are numbered by the problem; a row and a fit of another one are refused first"
+)]
+
 use crate::compile::{Measurement, Sigma, Slot};
 use crate::eval::{Evaluator, Leaf};
 use crate::fit::Fit;
@@ -18,7 +23,8 @@ pub struct Predicted {
 ///
 /// > σ² = g_q C g_qᵀ + g_x Σ g_xᵀ,  g the output's derivatives by the free coordinates and by the readings
 ///
-/// with Σ the declared errors of the readings. None where the row names a family member that the fit does not know.
+/// with Σ the declared errors of the readings. None where the row names a family member that the fit does not know, has not a
+/// reading for each input, or the fit is of another problem.
 pub fn predicted(
     problem: &Problem,
     fit: &Fit,
@@ -28,6 +34,9 @@ pub fn predicted(
 ) -> Option<Vec<Predicted>> {
     let layout = &problem.layout;
     let groups = groups(layout, measurement, names)?;
+    if readings.len() != measurement.inputs.len() || problem.fits(&fit.point).is_err() {
+        return None;
+    }
     let places = problem.places();
     let (mut leaves, mut columns) = (Vec::new(), Vec::new());
     for (slot, &group) in measurement.slots.iter().zip(&groups) {

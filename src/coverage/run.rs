@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::predict::{at, predicted};
+use super::predict::{Predicted, at, predicted};
 use super::tally::{Told, Trial};
 use super::{Misheld, Options};
 use crate::compile::{Measurement, Scenario};
@@ -12,6 +12,7 @@ use crate::fit::{Fit, Tested};
 use crate::problem::{self, Problem, Weights};
 use crate::session::{Session, fit_once};
 use crate::simulate::{self, Simulated, simulate};
+use crate::solve::Status;
 use crate::unit::Dimension;
 
 /// A held coordinate is at its truth where it is no farther from it than this share of its tolerance.
@@ -65,11 +66,12 @@ impl<'s> Plan<'s> {
         let part = |simulation: &crate::compile::Simulation| {
             let index = simulation.measurement;
             let given = options.rows.iter().rev().find(|(measurement, _)| *measurement == index);
-            let outputs = !session.program.measurements[index].outputs.is_empty();
+            let outputs = session.program.measurements.get(index).is_some_and(|known| !known.outputs.is_empty());
             (index, given.map_or(simulation.rows, |(_, rows)| *rows), if outputs { options.check_rows } else { 0 })
         };
         let parts: Vec<(usize, usize, usize)> = scenario.measurements.iter().map(part).collect();
-        let name = |index: usize| session.program.measurements[index].name.clone();
+        let name =
+            |index: usize| session.program.measurements.get(index).map_or_else(String::new, |known| known.name.clone());
         let rows = parts.iter().map(|&(index, rows, check)| (name(index), rows, check)).collect();
         let several = parts.iter().filter(|(.., check)| *check > 0).count() > 1;
         Plan { session, scenario, bind, parts, rows, several }
@@ -83,7 +85,12 @@ impl<'s> Plan<'s> {
         simulate(&self.session.program, self.scenario, &options).map_err(Stop::Simulate)
     }
 
-    pub(super) fn run(&self, seed: u64) -> Result<Run, Stop> {
+    /// A run, unless it was cut short.
+    pub(super) fn run(&self, seed: u64) -> Option<Result<Run, Stop>> {
+        self.made(seed).transpose()
+    }
+
+    fn made(&self, seed: u64) -> Result<Option<Run>, Stop> {
         let program = &self.session.program;
         let checked = self.parts.iter().any(|(.., check)| *check > 0);
         let made = self.simulate(seed, false)?;
@@ -91,7 +98,7 @@ impl<'s> Plan<'s> {
         let (mut tables, mut further) = (Vec::new(), Vec::new());
         for ((index, table), &(_, rows, check)) in made.tables.into_iter().zip(&self.parts) {
             if check > 0 {
-                tables.push((index, first_rows(&table, program.measurements[index].keys.len(), rows)));
+                tables.push((index, first_rows(&table, rows)));
                 further.push((index, rows..table.rows(), table));
             } else {
                 tables.push((index, table));
@@ -102,16 +109,17 @@ impl<'s> Plan<'s> {
         let truth = truth(&problem, &made.truth);
         let (fit, failure) = match fit_once(&problem, Tested::None) {
             Err(found) => (None, Some(Failure(found.code.title().to_owned()))),
+            Ok(fit) if fit.status == Status::Interrupted => return Ok(None),
             Ok(fit) if !fit.status.converged() => (None, Some(Failure(fit.status.to_string()))),
             Ok(fit) => (Some(fit), None),
         };
         let mut predictions = Vec::new();
         for (index, rows, table) in further {
             let Some((_, exact)) = exact.iter().find(|(of, _)| *of == index) else { continue };
-            let measurement = &program.measurements[index];
+            let Some(measurement) = program.measurements.get(index) else { continue };
             self.predict(&problem, fit.as_ref(), &truth, (measurement, rows, &table, exact), &mut predictions);
         }
-        Ok(Run {
+        Ok(Some(Run {
             parameters: parameters(&problem, fit.as_ref(), &truth),
             predictions,
             chi_squared_per_dof: fit.as_ref().and_then(|fit| fit.chi_squared).map(|chi| chi.value / chi.dof as f64),
@@ -120,7 +128,7 @@ impl<'s> Plan<'s> {
             weights: problem.weights,
             failure,
             warnings,
-        })
+        }))
     }
 
     /// Every output of the rows that were not fitted.
@@ -134,24 +142,29 @@ impl<'s> Plan<'s> {
     ) {
         let units = &problem.program.units;
         let named = |name: &str| if self.several { format!("{}.{name}", measurement.name) } else { name.to_owned() };
-        let begin = predictions.len();
-        predictions.extend(measurement.outputs.iter().map(|output| Told {
+        let all = measurement.outputs.iter().map(|output| Told {
             name: named(&output.name),
             unit: units.symbol(output.dimension),
             trials: Vec::new(),
             estimable: fit.map(|_| true),
-        }));
+        });
+        let mut told: Vec<Told> = all.collect();
         for row in rows {
             let names: Vec<&str> = (0..measurement.keys.len()).map(|key| table.key(row, key)).collect();
             let right = at(&problem.layout, measurement, truth, &names, &exact.row(row));
             // rows of members without data, and quantities that have no true value, ask nothing of the fit
             let Some(right) = right else { continue };
             let found = fit.and_then(|fit| predicted(problem, fit, measurement, &names, &table.row(row)));
-            for (output, (of, right)) in measurement.outputs.iter().zip(right).enumerate() {
+            let found: Vec<Option<Predicted>> = match found {
+                Some(found) => found.into_iter().map(Some).collect(),
+                None => vec![None; right.len()],
+            };
+            let outputs = measurement.outputs.iter().zip(&mut told);
+            for ((of, told), (right, found)) in outputs.zip(right.into_iter().zip(found)) {
                 if !right.is_finite() {
                     continue;
                 }
-                let trial = match (fit, found.as_ref().map(|found| found[output])) {
+                let trial = match (fit, found) {
                     (Some(fit), Some(found)) if found.value.is_finite() => {
                         let error = found.value - right;
                         let error = if of.dimension == Dimension::ANGLE { wrapped(error) } else { error };
@@ -166,9 +179,10 @@ impl<'s> Plan<'s> {
                     }
                     _ => None,
                 };
-                predictions[begin + output].trials.push(trial);
+                told.trials.push(trial);
             }
         }
+        predictions.extend(told);
     }
 }
 
@@ -179,8 +193,8 @@ fn wrapped(angle: f64) -> f64 {
 }
 
 /// So many rows of a table, as a table.
-fn first_rows(table: &Table, keys: usize, rows: usize) -> Table {
-    let mut first = Table::new(keys, table.width());
+fn first_rows(table: &Table, rows: usize) -> Table {
+    let mut first = Table::new(table.keys(), table.width());
     first.begin(&table.place(0).file);
     for row in 0..rows {
         first.push_with(|column| table.key(row, column), &table.row(row), None);
@@ -202,14 +216,14 @@ fn truth(problem: &Problem, told: &[(String, f64)]) -> Vec<f64> {
 /// Every free coordinate against its truth; where there is no fit, as a miss.
 fn parameters(problem: &Problem, fit: Option<&Fit>, truth: &[f64]) -> Vec<Told> {
     let units = &problem.program.units;
-    let difference = fit.map(|fit| problem.difference(truth, &fit.point));
-    let told = |(j, &c): (usize, &usize)| {
-        let coordinate = &problem.layout.coordinates[c];
-        let estimate = fit.map(|fit| &fit.parameters[j]);
+    let difference = fit.map(|fit| problem.of_free(&problem.difference(truth, &fit.point)));
+    let told = |(j, coordinate): (usize, &problem::Coordinate)| {
+        let estimate = fit.and_then(|fit| fit.parameters.get(j));
+        let difference = difference.as_ref().and_then(|all| all.get(j).copied());
         let estimable = estimate.map(|estimate| estimate.estimable);
-        let trial = match (fit, estimate, &difference) {
+        let trial = match (fit, estimate, difference) {
             (Some(fit), Some(estimate), Some(difference)) if estimate.estimable => Some(Trial {
-                error: units.to_reported(difference[c], coordinate.dimension),
+                error: units.to_reported(difference, coordinate.dimension),
                 sigma: estimate.sigma,
                 factor: fit.confidence.factor,
             }),
@@ -217,21 +231,23 @@ fn parameters(problem: &Problem, fit: Option<&Fit>, truth: &[f64]) -> Vec<Told> 
         };
         Told { name: coordinate.name.clone(), unit: units.symbol(coordinate.dimension), trials: vec![trial], estimable }
     };
-    problem.free.iter().enumerate().map(told).collect()
+    problem.free_coordinates().enumerate().map(told).collect()
 }
 
 /// What is held elsewhere than at its truth.
 fn misheld(problem: &Problem, truth: &[f64]) -> Vec<Misheld> {
     let units = &problem.program.units;
     let difference = problem.difference(truth, &problem.start);
-    let places = problem.places();
-    let all = problem.layout.coordinates.iter().enumerate();
-    all.filter(|(c, coordinate)| places[*c].is_none() && difference[*c].abs() > AT_TRUTH * coordinate.tolerance)
-        .map(|(c, coordinate)| Misheld {
-            name: coordinate.name.clone(),
-            value: units.to_reported(problem.start[c], coordinate.dimension),
-            truth: units.to_reported(truth[c], coordinate.dimension),
-            unit: units.symbol(coordinate.dimension),
-        })
-        .collect()
+    let values = problem.start.iter().zip(truth).zip(difference);
+    let all = problem.layout.coordinates.iter().zip(problem.places()).zip(values);
+    let held = all.filter(|((coordinate, place), (_, difference))| {
+        place.is_none() && difference.abs() > AT_TRUTH * coordinate.tolerance
+    });
+    held.map(|((coordinate, _), ((&start, &truth), _))| Misheld {
+        name: coordinate.name.clone(),
+        value: units.to_reported(start, coordinate.dimension),
+        truth: units.to_reported(truth, coordinate.dimension),
+        unit: units.symbol(coordinate.dimension),
+    })
+    .collect()
 }

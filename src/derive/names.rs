@@ -19,7 +19,7 @@ pub(super) fn coordinates(program: &Program, measurement: &Measurement, graph: &
     let mut slots: Vec<_> = measurement.slots.iter().collect();
     slots.sort_by_key(|slot| slot.parameter);
     for slot in slots {
-        let parameter = &program.parameters[slot.parameter];
+        let Some(parameter) = program.parameters.get(slot.parameter) else { continue };
         let keys: Vec<&str> =
             slot.keys.iter().filter_map(|&key| measurement.keys.get(key)).map(String::as_str).collect();
         let name =
@@ -69,8 +69,8 @@ pub(super) fn chosen(
 }
 
 fn without_key(name: &str) -> String {
-    match (name.find('['), name.rfind(']')) {
-        (Some(open), Some(close)) => format!("{}{}", &name[..open], &name[close + 1..]),
+    match (name.split_once('['), name.rsplit_once(']')) {
+        (Some((family, _)), Some((_, component))) => format!("{family}{component}"),
         _ => name.to_owned(),
     }
 }

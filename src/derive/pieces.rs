@@ -21,9 +21,8 @@ pub(super) struct Pieces {
 /// Leaves that stand for the perturbation of a rotation.
 fn perturbations(program: &Program, measurement: &Measurement) -> Vec<u32> {
     let of_slot = |slot: &crate::compile::Slot| {
-        let shape = program.parameters[slot.parameter].shape;
         let first = slot.first_leaf;
-        let rotation = shape.rotation();
+        let rotation = program.parameters.get(slot.parameter).and_then(|parameter| parameter.shape.rotation());
         rotation.into_iter().flat_map(move |at| (0..3).map(move |i| (first + at + 3 + i) as u32))
     };
     measurement.slots.iter().flat_map(of_slot).collect()
@@ -52,7 +51,10 @@ impl Pieces {
             let (name, node) = match (find(&residual.name), find(whole)) {
                 (Some(node), _) => (residual.name.as_str(), node),
                 (None, Some(node)) => (whole, node),
-                (None, None) => (residual.name.as_str(), to[&node.0]),
+                (None, None) => match to.get(&node.0) {
+                    Some(&node) => (residual.name.as_str(), node),
+                    None => continue,
+                },
             };
             if !residuals.iter().any(|(known, _)| known == name) {
                 residuals.push((name.to_owned(), node));

@@ -67,7 +67,7 @@ pub struct Derivation {
 /// # Errors
 /// Names of residuals, parameters or inputs that it does not have.
 pub fn derive(program: &Program, measurement: usize, asked: &Asked) -> Result<Derivation, Diagnostics> {
-    let measurement = &program.measurements[measurement];
+    let measurement = program.measurement(measurement).map_err(|found| Diagnostics::from(*found))?;
     let mut pieces = Pieces::new(program, measurement);
     let targets = targets(&pieces, measurement, &asked.residuals)?;
     let named = pieces.named(&targets);
@@ -92,7 +92,7 @@ pub fn derive(program: &Program, measurement: usize, asked: &Asked) -> Result<De
         }
         if asked.second {
             for (i, first) in leaves.iter().enumerate() {
-                for second in &leaves[i..] {
+                for second in leaves.iter().skip(i) {
                     let title = format!("Second derivatives by {} and {}", first.name, second.name);
                     sections.push(Section { title, statements: by_two(&pieces, &named, first, second) });
                 }
@@ -142,7 +142,7 @@ fn definitions(pieces: &Pieces, named: &[NodeId]) -> Vec<Statement> {
     let settled = Settled::new(&pieces.graph, &pieces.labels, pieces, named);
     let writer = settled.writer();
     let mut all = Vec::new();
-    for id in named.iter().map(|id| settled.to[id]) {
+    for id in named.iter().filter_map(|id| settled.to.get(id).copied()) {
         let labels = writer.labels(id);
         let is_leaf = matches!(settled.graph.node(id), Node::Parameter(_) | Node::Input(_));
         if is_leaf || matches!(labels.first(), Some(Label::Field(..))) {
@@ -259,8 +259,9 @@ fn by_any(pieces: &mut Pieces, named: &[NodeId], statements: &mut Vec<Statement>
     let settled = Settled::new(&graph, &labels, pieces, &wanted);
     let writer = settled.writer();
     for (id, change) in told {
-        let name = writer.label(&Label::Derivative(settled.to[&id], ANY.into()));
-        statements.push(Statement { name, forms: vec![writer.node(settled.to[&change])] });
+        let (Some(&id), Some(&change)) = (settled.to.get(&id), settled.to.get(&change)) else { continue };
+        let name = writer.label(&Label::Derivative(id, ANY.into()));
+        statements.push(Statement { name, forms: vec![writer.node(change)] });
     }
     parts
 }
@@ -346,7 +347,7 @@ fn stated(
     };
     let mut all: Vec<Statement> = Vec::new();
     for (id, change) in found {
-        let (id, change) = (settled.to[id], settled.to[change]);
+        let (Some(&id), Some(&change)) = (settled.to.get(id), settled.to.get(change)) else { continue };
         if zero(change) {
             continue;
         }

@@ -16,7 +16,7 @@ use crate::compile::{Distribution, Scenario};
 use crate::data::Table;
 use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::fit::{Fit, Tested};
-use crate::problem::{Execution, Options, Problem, Quantities, Undefined};
+use crate::problem::{Options, Problem, Quantities, Undefined};
 use crate::session::fit_once;
 use crate::simulate::{self, Stream, simulate_again, with_declared_errors};
 use crate::solve::LeastSquares;
@@ -82,7 +82,7 @@ type Made = (Vec<(usize, Table)>, HashMap<String, f64>);
 /// One run: the mean squares of errors by quantity, in internal units.
 type Squares = Option<Vec<f64>>;
 
-/// Simulates and fits a design so many times. `scenario` is that which its candidates came from, with its seed and rows.
+/// Simulates and fits a design so many times, or less often where it is stopped. `scenario` is that which its candidates came from, with its seed and rows.
 ///
 /// # Errors
 /// What keeps rows from being made or bound; weights that nothing can be simulated from.
@@ -99,13 +99,20 @@ pub fn confirm(
         let hint = "draw the candidates from a scenario that states the noise, or give sigmas to the inputs";
         return Err(Diagnostic::error(Code::NotAvailable, message).hint(hint).into());
     }
-    let bind = Options { execution: Execution::new(bind.execution.instructions(), 1), ..bind.clone() };
+    let bind = Options { execution: bind.execution.alone(), ..bind.clone() };
     let plan = Plan { design, scenario, bind };
     let seeds: Vec<u64> = (0..runs).map(|k| (seed ^ SALT).wrapping_add(k)).collect();
-    let all = design.problem.execution.each(&seeds, |&seed| plan.run(seed));
+    // runs that were cut short say nothing
+    let stop = &plan.bind.execution;
+    let all = design.problem.execution.each(&seeds, |&seed| {
+        let found = (!stop.stopped()).then(|| plan.run(seed));
+        found.filter(|found| !(matches!(found, Ok(None)) && stop.stopped()))
+    });
+    let made: Vec<_> = all.into_iter().flatten().collect();
+    let runs = made.len() as u64;
     let mut sums = vec![0.0; plan.quantities()];
     let mut done = 0;
-    for result in all {
+    for result in made {
         let Some(squares) = result? else { continue };
         done += 1;
         sums.iter_mut().zip(squares).for_each(|(sum, square)| *sum += square);
@@ -190,8 +197,8 @@ impl Plan<'_, '_> {
                     .collect();
                 let consistent = planned.consistent(&at).map_err(|Undefined(found)| found)?;
                 let tables = consistent.tables.into_iter();
-                let read = |(index, exact)| (index, with_declared_errors(program, index, &exact, seed));
-                Ok((tables.map(read).collect(), named))
+                let read = |(index, exact)| Ok((index, with_declared_errors(program, index, &exact, seed)?));
+                Ok((tables.map(read).collect::<Result<_, Box<Diagnostic>>>()?, named))
             }
         }
     }

@@ -12,6 +12,11 @@
 //!
 //! Everything is to first order at the nominal values: before a measurement there is nothing else to go by.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "candidates and coordinates are numbered by the experiment that was set up"
+)]
+
 mod bound;
 mod confirm;
 mod criterion;

@@ -142,8 +142,12 @@ fn best_of_all(experiment: &Experiment, goal: &Goal, count: usize) -> Option<Vec
 /// The criterion of a design; none where it sees too little.
 ///
 /// # Errors
-/// Where the criterion's rows do not fit.
+/// Where the criterion's rows do not fit, or there is no such candidate.
 pub fn value(experiment: &Experiment, criterion: &Criterion, chosen: &[usize]) -> Result<Option<f64>, LinalgError> {
+    let expected = experiment.candidates();
+    if let Some(&found) = chosen.iter().find(|&&candidate| candidate >= expected) {
+        return Err(LinalgError::Shape { expected, found });
+    }
     Ok(value_of(experiment, &Goal::new(experiment, criterion)?, chosen))
 }
 

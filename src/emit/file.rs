@@ -46,7 +46,7 @@ pub(super) fn doc(kind: Kind) -> String {
 
 /// Where an output goes, in languages whose indices stand in brackets.
 pub(super) fn entry(routine: &Routine, output: usize, rows: bool) -> String {
-    let (array, i, j) = routine.place(output);
+    let Some((array, i, j)) = routine.place(output) else { return String::new() };
     let column = if array == Array::R { String::new() } else { format!("[{j}]") };
     format!("{}[{i}]{column}{}", array_name(array), if rows { "[k]" } else { "" })
 }

@@ -255,7 +255,8 @@ impl<'p> Making<'p> {
                     given(&mut signed, input, number)
                 }
                 Node::Apply(operation, x, y) => signed.apply(operation, known(&to, x), known(&to, y)),
-                other => unreachable!("{other:?} is no scalar operation"),
+                // a graph of scalars has no other nodes
+                _ => continue,
             };
             to[id as usize] = Some(found);
         }
@@ -267,10 +268,7 @@ impl<'p> Making<'p> {
 fn order(routine: &Routine, outputs: usize) -> Vec<usize> {
     let m = routine.residuals.len();
     let mut order: Vec<usize> = (0..outputs).collect();
-    order.sort_by_key(|&at| {
-        let (array, residual, column) = routine.place(at);
-        (array as usize, column, residual)
-    });
+    order.sort_by_key(|&at| routine.place(at).map(|(array, residual, column)| (array as usize, column, residual)));
     debug_assert!(order.iter().take(m).eq((0..m).collect::<Vec<_>>().iter()));
     order
 }

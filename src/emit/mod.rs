@@ -31,6 +31,11 @@
 //! # Ok::<(), phical::diag::Diagnostics>(())
 //! ```
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "statements, slots and leaves are numbered by the tape that is written down"
+)]
+
 mod c;
 mod file;
 mod line;
@@ -129,7 +134,7 @@ fn made_up(program: &Program, measurement: &Measurement) -> Table {
     let mut table = Table::new(measurement.keys.len(), measurement.inputs.len());
     let readings = vec![0.0; measurement.inputs.len()];
     let others: Vec<String> = (1..=measurement.keys.len()).map(|k| format!("m{k}")).collect();
-    let mut push = |keys: &[&str]| table.push(keys, &readings, None);
+    let mut push = |keys: &[&str]| table.put(keys.iter().copied(), &readings, None);
     let usual: Vec<&str> = others.iter().map(String::as_str).collect();
     push(&usual);
     for slot in &measurement.slots {

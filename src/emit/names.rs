@@ -41,8 +41,9 @@ pub(super) fn plain(name: &str, case: Case) -> String {
             out.push(if case == Case::Snake { c.to_ascii_lowercase() } else { c });
         } else if let Some(letter) = greek(c) {
             if case == Case::Kept && c.is_uppercase() {
-                out.push(letter[..1].to_ascii_uppercase().chars().next().unwrap_or('_'));
-                out += &letter[1..];
+                let mut letters = letter.chars();
+                out.extend(letters.next().map(|first| first.to_ascii_uppercase()));
+                out += letters.as_str();
             } else {
                 out += letter;
             }

@@ -125,16 +125,16 @@ impl Routine {
         Array::ALL.into_iter().filter(move |&array| kind.has(array) && self.width(array) > 0)
     }
 
-    /// The array of an output, and its residual and its column there.
-    pub(super) fn place(&self, mut output: usize) -> (Array, usize, usize) {
+    /// The array of an output, and its residual and its column there; none of an output that there is not.
+    pub(super) fn place(&self, mut output: usize) -> Option<(Array, usize, usize)> {
         for array in Array::ALL {
             let (width, all) = (self.width(array), self.width(array) * self.residuals.len());
             if output < all {
-                return (array, output / width, output % width);
+                return Some((array, output / width, output % width));
             }
             output -= all;
         }
-        unreachable!("outputs are those of the arrays")
+        None
     }
 
     /// Operations once per iteration, and of each function per row: a product and the sum it goes into are one, and so is a

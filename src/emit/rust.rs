@@ -103,12 +103,13 @@ impl Syntax for Rust {
             Operation::AtLeast => format!("at_least({}, {})", x.signed(), y.signed()),
             Operation::Stumpff => format!("stumpff({}, {})", y.constant.unwrap_or(0.0) as u32, x.signed()),
             Operation::Atanc => format!("atanc({}, {})", y.constant.unwrap_or(0.0) as u32, x.signed()),
-            Operation::Add
-            | Operation::Sub
-            | Operation::Mul
-            | Operation::Neg
-            | Operation::PowInteger
-            | Operation::Pow => unreachable!("sums, products and powers are written otherwise"),
+            // by themselves these are written as terms of a sum, and powers as products and exponentials
+            Operation::Add => format!("{} + {}", x.signed(), y.signed()),
+            Operation::Sub => format!("{} - {}", x.signed(), y.signed()),
+            Operation::Mul => format!("{} * {}", x.signed(), y.signed()),
+            Operation::Neg => format!("-{}", receiver(x)),
+            Operation::PowInteger => format!("{}.powi({})", receiver(x), y.constant.unwrap_or(0.0) as i32),
+            Operation::Pow => format!("{}.powf({})", receiver(x), y.signed()),
         }
     }
 

@@ -187,7 +187,8 @@ pub(super) fn body(
                 None => ("x", index as usize, &arguments.x[index as usize]),
                 Some(member) => ("m", member, &arguments.m[member]),
             },
-            other => unreachable!("{other:?} is neither an argument nor prepared"),
+            // all else that is given is prepared
+            _ => continue,
         };
         let entry = format!("{array}[{at}]{k}");
         lines.push(syntax.define(name, &entry));

@@ -100,13 +100,13 @@ impl Run<'_> {
                         ($($addend:ident [$($k:literal)*]: $shapes:tt;)*) => {
                             match (addend, sums) {
                                 $($((Addend::$addend, $k) => shapes!($addend $k $shapes),)*)*
-                                _ => unreachable!("one to three sums share factors, and with a uniform addend none do"),
+                                _ => debug_assert!(false, "one to three sums share factors, and with a uniform addend none do"),
                             }
                         };
                         ($addend:ident $k:literal [$(($u:literal, $p:literal, $m:literal))*]) => {
                             match (uniform, positive, negative) {
                                 $(($u, $p, $m) => block.sums::<$u, $p, $m, { Addend::$addend as u8 }, $k>(all),)*
-                                _ => unreachable!("sums of other signs are planned as their opposites"),
+                                _ => debug_assert!(false, "sums of other signs are planned as their opposites"),
                             }
                         };
                     }

@@ -10,6 +10,11 @@
 //!
 //! It agrees with the first way to rounding, operation by operation and for whole models.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "slots and instructions are numbered by the plan that made them, and rows are cut to whole batches of it"
+)]
+
 mod compiled;
 mod evaluator;
 mod group;

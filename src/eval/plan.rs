@@ -108,12 +108,11 @@ impl<'g> Planner<'g> {
                     Place::Uniform((self.parameters + self.constants.len() - 1) as u32)
                 }
                 Node::Apply(operation, x, y) if !self.varies(id) => {
-                    let [x, y] = [x, y].map(|operand| match self.value(operand.0).place {
-                        Place::Uniform(at) => at,
-                        Place::Slot(_) | Place::Output(_) => {
-                            unreachable!("what does not vary comes from what does not")
-                        }
-                    });
+                    // what does not vary comes from what does not
+                    let [Place::Uniform(x), Place::Uniform(y)] = [x, y].map(|operand| self.value(operand.0).place)
+                    else {
+                        continue;
+                    };
                     self.prepare.push(Prepare { operation, x, y });
                     Place::Uniform((first + self.prepare.len() - 1) as u32)
                 }
@@ -252,6 +251,10 @@ impl<'g> Planner<'g> {
     }
 
     /// A node's value, which is known.
+    #[allow(
+        clippy::unreachable,
+        reason = "`compute` takes operands first; any number in place of one would be a wrong one"
+    )]
     fn value(&self, id: NodeId) -> Signed {
         let (of, opposite) = if self.varies(id) { self.unsigned(id) } else { (id, false) };
         match self.values[of as usize] {

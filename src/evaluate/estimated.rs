@@ -57,9 +57,17 @@ impl Why {
 }
 
 impl Estimated {
-    /// The parameters of a fit, as far as the rows of the problem know them; family members that no row names are left out.
+    /// The parameters of a fit, as far as the rows of the problem know them; family members that no row names are left out. What
+    /// has not as many numbers as names states nothing of them.
     pub fn new(problem: &Problem, name: &str, known: &JointUncertainty) -> Estimated {
         let layout = &problem.layout;
+        if !known.is_complete() {
+            return Estimated::unstated(
+                problem,
+                name,
+                known.names.iter().filter_map(|name| layout.find(name)).collect(),
+            );
+        }
         let (at, coordinates): (Vec<usize>, Vec<usize>) =
             known.names.iter().enumerate().filter_map(|(i, name)| Some((i, layout.find(name)?))).unzip();
         // one internal unit of each, in reported units
@@ -81,8 +89,9 @@ impl Estimated {
         }
     }
 
-    /// Parameters of which nothing is known but their values.
-    pub fn unstated(problem: &Problem, name: &str, coordinates: Vec<usize>) -> Estimated {
+    /// Parameters of which nothing is known but their values. Numbers of coordinates that there are not are left out.
+    pub fn unstated(problem: &Problem, name: &str, mut coordinates: Vec<usize>) -> Estimated {
+        coordinates.retain(|&c| c < problem.layout.coordinates.len());
         let n = coordinates.len();
         Estimated {
             name: name.to_owned(),

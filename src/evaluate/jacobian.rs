@@ -31,6 +31,7 @@ pub struct Jacobian {
 /// # Errors
 /// The first row where a residual or a derivative is undefined.
 pub fn jacobians(problem: &Problem, point: &[f64]) -> Result<Vec<Jacobian>, Undefined> {
+    problem.fits(point)?;
     problem.blocks.iter().map(|block| of_block(problem, block, point)).collect()
 }
 
@@ -85,7 +86,7 @@ fn of_block(problem: &Problem, block: &Block, point: &[f64]) -> Result<Jacobian,
                 jacobian.dr_dx[row][i][k] = derivative;
             }
         }
-    });
+    })?;
     match undefined {
         None => Ok(jacobian),
         Some((row, i, k)) => {

@@ -98,7 +98,7 @@ pub struct Gap {
 /// let (model, _) = load(&source)?;
 /// let (program, _) = compile(&model, &source, &[])?;
 /// let mut table = Table::new(0, 1);
-/// table.push(&[], &[0.5], None);
+/// table.push(&[], &[0.5], None).expect("one reading");
 /// let (problem, _) = Problem::bind(&program, vec![(0, table)], &Options::default())?;
 /// let known = JointUncertainty {
 ///     names: vec!["arm".into()], covariance: Some(vec![vec![1e-4]]), tolerances: vec![0.01],

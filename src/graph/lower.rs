@@ -103,10 +103,16 @@ impl<'a> Lowering<'a> {
                 let (a, b) = (self.vector(a), self.vector(b));
                 self.dot(a, b)
             }
-            other => unreachable!("{other:?} is not a scalar"),
+            other => self.nothing(other, "scalar"),
         };
         self.scalars.insert(s.0, lowered);
         lowered
+    }
+
+    /// No number, which is the value of a handle that was made by hand for a node of another kind.
+    fn nothing(&mut self, node: Node, wanted: &str) -> Scalar {
+        debug_assert!(false, "{node:?} is not a {wanted}");
+        self.to.constant(f64::NAN)
     }
 
     pub(super) fn vector(&mut self, v: Vector) -> Triple {
@@ -144,7 +150,7 @@ impl<'a> Lowering<'a> {
                 let p = self.vector(p);
                 self.transform(f, p)
             }
-            other => unreachable!("{other:?} is not a vector"),
+            other => [self.nothing(other, "vector"); 3],
         };
         self.vectors.insert(v.0, lowered);
         lowered
@@ -195,7 +201,7 @@ impl<'a> Lowering<'a> {
                 let m = self.frame_matrix(original);
                 m.map(|column| self.dot(column, v))
             }
-            other => unreachable!("{other:?} is not a frame"),
+            other => [self.nothing(other, "frame"); 3],
         }
     }
 
@@ -221,7 +227,7 @@ impl<'a> Lowering<'a> {
                 let m = self.frame_matrix(original);
                 m.map(|column| self.dot(column, difference))
             }
-            other => unreachable!("{other:?} is not a frame"),
+            other => [self.nothing(other, "frame"); 3],
         }
     }
 

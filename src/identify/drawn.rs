@@ -5,8 +5,10 @@ use std::f64::consts::PI;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-use crate::compile::{Program, Slot};
+use crate::compile::{Measurement, Program, Slot};
 use crate::data::Table;
+use crate::diag::{Code, Diagnostic};
+use crate::simulate::MOST_READINGS;
 use crate::unit::{Base, Dimension};
 
 /// Angles are drawn evenly up to this, in radians, to either side of zero.
@@ -32,15 +34,14 @@ pub struct Ranges {
 }
 
 impl Ranges {
-    /// Of a measurement, by its number.
-    pub fn of(program: &Program, measurement: usize) -> Ranges {
+    /// Of a measurement.
+    pub fn of(program: &Program, measurement: &Measurement) -> Ranges {
         let largest = |dimension: Dimension| {
             let all = program.parameters.iter().flat_map(|p| p.dimensions.iter().zip(&p.setting.nominal));
             let all = all.filter(|(d, _)| **d == dimension);
             let found = all.fold(0.0, |most: f64, (_, nominal)| most.max(nominal.abs()));
             if found > 0.0 { LENGTHS * found } else { 1.0 }
         };
-        let measurement = &program.measurements[measurement];
         let range = |input: &crate::compile::Input| match input.default {
             Some(default) => (default, 0.0),
             None if input.unit.dimension == Dimension::of(Base::Angle) => (0.0, ANGLES),
@@ -54,7 +55,14 @@ impl Ranges {
 }
 
 /// Tables for all measurements that have inputs or keys.
-pub(super) fn drawn(program: &Program, rows: &[(usize, usize)], seed: u64) -> Vec<(usize, Table)> {
+///
+/// # Errors
+/// Where more rows are asked for than a scenario makes.
+pub(super) fn drawn(
+    program: &Program,
+    rows: &[(usize, usize)],
+    seed: u64,
+) -> Result<Vec<(usize, Table)>, Box<Diagnostic>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let coordinates: usize = program.parameters.iter().map(|p| p.dimensions.len() * (1 + p.members.len())).sum();
     let mut tables = Vec::new();
@@ -62,21 +70,27 @@ pub(super) fn drawn(program: &Program, rows: &[(usize, usize)], seed: u64) -> Ve
         let given = rows.iter().rev().find(|(of, _)| *of == index).map(|(_, rows)| *rows);
         let needed =
             (EQUATIONS * coordinates).div_ceil(measurement.residuals.len().max(1)).clamp(LEAST_ROWS, MOST_ROWS);
-        let Ranges { keys, inputs } = Ranges::of(program, index);
+        let Ranges { keys, inputs } = Ranges::of(program, measurement);
         let alone = measurement.inputs.is_empty() && keys.is_empty();
-        let mut table = Table::new(keys.len(), measurement.inputs.len());
-        for _ in 0..given.unwrap_or(if alone { 1 } else { needed }) {
+        let count = given.unwrap_or(if alone { 1 } else { needed });
+        let cells = (keys.len() + inputs.len()).max(1);
+        if count.checked_mul(cells).is_none_or(|cells| cells > MOST_READINGS) {
+            let message = format!("{count} rows of `{}` are too many", measurement.name);
+            return Err(Box::new(Diagnostic::error(Code::TooLarge, message).at(&program.source, measurement.span)));
+        }
+        let mut table = Table::new(keys.len(), inputs.len());
+        for _ in 0..count {
             let chosen: Vec<&str> =
                 keys.iter().map(|all| all[random.random_range(0..all.len() as u64) as usize].as_str()).collect();
             let readings = inputs.iter().map(|(middle, range)| middle + (2.0 * random.random::<f64>() - 1.0) * range);
             let readings: Vec<f64> = readings.collect();
-            table.push(&chosen, &readings, None);
+            table.put(chosen, &readings, None);
         }
         if table.rows() > 0 {
             tables.push((index, table));
         }
     }
-    tables
+    Ok(tables)
 }
 
 /// What a key column may hold: the parts of members that are declared or named by constraints, else made-up names.

@@ -143,7 +143,7 @@ impl<'a> Probe<'a> {
     fn made(&self, at: Option<(&Problem, &[f64])>, salt: u64) -> Result<Vec<(usize, Table)>, Box<Diagnostic>> {
         match self.inputs {
             Inputs::Rows(_) => Ok(Vec::new()),
-            Inputs::Drawn => Ok(drawn(self.program, &self.rows, self.seed.wrapping_add(salt))),
+            Inputs::Drawn => drawn(self.program, &self.rows, self.seed.wrapping_add(salt)),
             Inputs::Scenario(scenario) => {
                 let mut scenario = scenario.clone();
                 if let Some((like, point)) = at {

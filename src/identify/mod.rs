@@ -14,6 +14,11 @@
 //!
 //! *Conventions*: [`conventions`] finds joints that are close to where their convention breaks down.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "coordinates are numbered by the problem, and directions have one entry for each free one"
+)]
+
 mod clusters;
 mod collinear;
 mod convention;

@@ -10,14 +10,14 @@ use crate::unit::Unit;
 impl Parser<'_> {
     /// The error for the bracket at `open`.
     pub(super) fn unclosed(&self, open: &Range<usize>) -> ParseError {
-        let message = format!("`{}` is not closed", &self.text[open.clone()]);
+        let message = format!("`{}` is not closed", self.written(open));
         ParseError::new(ParseErrorKind::UnclosedBracket, open.clone(), message)
     }
 
     /// The error where an operand has to stand and none does.
     pub(super) fn missing_operand(&self) -> ParseError {
-        let before = &self.text[self.previous.clone()];
-        let token = &self.text[self.token.span.clone()];
+        let before = self.written(&self.previous);
+        let token = self.written(&self.token.span);
         let missing = |span, message| ParseError::new(ParseErrorKind::MissingOperand, span, message);
         match self.token.kind {
             TokenKind::OpenSquare => {
@@ -49,7 +49,7 @@ impl Parser<'_> {
 
     /// The error where an expression has ended and something else than an operator follows.
     pub(super) fn unexpected(&self) -> ParseError {
-        let token = &self.text[self.token.span.clone()];
+        let token = self.written(&self.token.span);
         let error = |kind, message| ParseError::new(kind, self.here(), message);
         match &self.token.kind {
             TokenKind::CloseRound | TokenKind::CloseSquare => {
@@ -76,13 +76,13 @@ impl Parser<'_> {
 
     /// The error for a comparison where brackets are open.
     fn inside_brackets(&self) -> ParseError {
-        let message = format!("`{}` stands between the sides, not in brackets", &self.text[self.token.span.clone()]);
+        let message = format!("`{}` stands between the sides, not in brackets", self.written(&self.token.span));
         ParseError::new(ParseErrorKind::Comparison, self.token.span.clone(), message)
     }
 
     /// Whether the token before is a number.
     fn after_number(&self) -> bool {
-        self.text[self.previous.clone()].starts_with(|c: char| c.is_ascii_digit() || c == '.')
+        self.written(&self.previous).starts_with(|c: char| c.is_ascii_digit() || c == '.')
     }
 
     /// The error for a call of `base`.

@@ -82,7 +82,7 @@ impl<'a> Lexer<'a> {
 
     /// The next token; after the end, the end again.
     pub(super) fn next(&mut self) -> Result<Token, ParseError> {
-        let rest = self.text[self.at..].trim_start();
+        let rest = self.text.get(self.at..).unwrap_or_default().trim_start();
         let start = self.text.len() - rest.len();
         let (kind, end) = match rest.chars().next() {
             None => (TokenKind::End, start),
@@ -91,8 +91,8 @@ impl<'a> Lexer<'a> {
                 (TokenKind::Number { value, unit }, end)
             }
             Some(c) if starts_name(c) => {
-                let length = name_length(rest);
-                (TokenKind::Name(rest[..length].to_owned()), start + length)
+                let (name, _) = rest.split_at(name_length(rest));
+                (TokenKind::Name(name.to_owned()), start + name.len())
             }
             Some('\'') => {
                 let (text, length) = quoted(rest).map_err(|error| error.at(start))?;
@@ -116,15 +116,16 @@ fn starts_number(text: &str) -> bool {
 /// The text in single quotes at the start, and how long it is with them. Two quotes inside stand for one.
 fn quoted(rest: &str) -> Result<(String, usize), ParseError> {
     let mut text = String::new();
-    let mut at = 1;
-    while let Some(length) = rest[at..].find('\'') {
-        text.push_str(&rest[at..at + length]);
-        at += length + 1;
-        if !rest[at..].starts_with('\'') {
-            return Ok((text, at));
+    let mut inside = rest.strip_prefix('\'').unwrap_or(rest);
+    while let Some((piece, after)) = inside.split_once('\'') {
+        text.push_str(piece);
+        match after.strip_prefix('\'') {
+            Some(further) => {
+                text.push('\'');
+                inside = further;
+            }
+            None => return Ok((text, rest.len() - after.len())),
         }
-        text.push('\'');
-        at += 1;
     }
     Err(ParseError::new(ParseErrorKind::UnexpectedCharacter, 0..1, "the text in quotes does not end")
         .hint("a unit follows its number; quotes are around the key of a family's member: `family['key']`"))
@@ -188,8 +189,8 @@ const FOREIGN: &[(&str, ParseErrorKind, &str)] = &[
 /// The error for a sign that is no token.
 fn refuse(rest: &str) -> ParseError {
     let foreign = FOREIGN.iter().find(|(sign, ..)| rest.starts_with(sign));
-    let own = rest.chars().next().map_or(0, char::len_utf8);
-    let (sign, kind, hint) = foreign.copied().unwrap_or((&rest[..own], ParseErrorKind::UnexpectedCharacter, ""));
+    let (own, _) = rest.split_at(rest.chars().next().map_or(0, char::len_utf8));
+    let (sign, kind, hint) = foreign.copied().unwrap_or((own, ParseErrorKind::UnexpectedCharacter, ""));
     let message = match kind {
         ParseErrorKind::Comparison => {
             format!("`{sign}` compares, and the language is comparison-free")

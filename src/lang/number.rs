@@ -11,21 +11,22 @@ type Quantity = (f64, Option<(String, Unit)>, usize);
 /// Reads the number at byte `start`, where a digit or a point with a digit stands, and the unit after it.
 pub(super) fn number(text: &str, start: usize) -> Result<Quantity, ParseError> {
     let literal = literal_end(text, start)?;
-    let after = &text[literal..];
+    let (number, after) = (between(text, start, literal), from(text, literal));
     let minutes = after.strip_prefix('°').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
     if minutes {
         return marked(text, start);
     }
-    let value = value(&text[start..literal]).map_err(|error| error.at(start))?;
-    let unit_start = text.len() - after.trim_start().len();
-    if !text[unit_start..].starts_with(starts_unit) {
+    let value = value(number).map_err(|error| error.at(start))?;
+    let after = after.trim_start();
+    if !after.starts_with(starts_unit) {
         return Ok((value, None, literal));
     }
-    let (length, unit) = Unit::prefix(&text[unit_start..]).map_err(|unknown| {
-        let begin = text[unit_start..].find(&unknown.symbol).map_or(unit_start, |at| unit_start + at);
+    let unit_start = text.len() - after.len();
+    let (length, unit) = Unit::prefix(after).map_err(|unknown| {
+        let begin = after.find(&unknown.symbol).map_or(unit_start, |at| unit_start + at);
         let end = begin + unknown.symbol.len();
         let error = ParseError::new(ParseErrorKind::UnknownUnit, begin..end, unknown.to_string());
-        let (number, symbol) = (&text[start..literal], &unknown.symbol);
+        let symbol = &unknown.symbol;
         match unknown.suggestion {
             Some(meant) if is_name(symbol) => {
                 error.hint(format!("did you mean `{number} {meant}`? A product is written `{number}*{symbol}`"))
@@ -40,40 +41,50 @@ pub(super) fn number(text: &str, start: usize) -> Result<Quantity, ParseError> {
     if !(value * unit.factor).is_finite() {
         return Err(bad(start..end, "the number is too large"));
     }
-    Ok((value, Some((text[unit_start..end].to_owned(), unit)), end))
+    Ok((value, Some((between(text, unit_start, end).to_owned(), unit)), end))
 }
 
 /// Reads degrees, minutes and seconds as decimal degrees.
 fn marked(text: &str, start: usize) -> Result<Quantity, ParseError> {
     let part = |c: char| c.is_ascii_digit() || matches!(c, '.' | '°' | '\'' | '"' | '′' | '″');
-    let all = start..start + text[start..].find(|c| !part(c)).unwrap_or(text.len() - start);
+    let all = start..text.len() - from(text, start).trim_start_matches(part).len();
     let refuse =
         |message: String| bad(all.clone(), message).hint("degrees, minutes and seconds are written `12°34'56.7\"`");
-    let (length, degrees) = scan_marked(&text[start..]).map_err(|error| refuse(error.to_string()))?;
+    let (length, degrees) = scan_marked(from(text, start)).map_err(|error| refuse(error.to_string()))?;
     let unit = Unit::parse("°").map_err(|unknown| refuse(unknown.to_string()))?;
     Ok((degrees, Some(("°".to_owned(), unit)), start + length))
 }
 
+/// The text from a byte on; nothing where that is past its end or within a character.
+fn from(text: &str, start: usize) -> &str {
+    text.get(start..).unwrap_or_default()
+}
+
+/// The text between two bytes.
+fn between(text: &str, start: usize, end: usize) -> &str {
+    text.get(start..end).unwrap_or_default()
+}
+
 /// Where the number without its unit ends.
 fn literal_end(text: &str, start: usize) -> Result<usize, ParseError> {
-    let digits = |at: usize| at + text[at..].find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len() - at);
+    let digits = |at: usize| text.len() - from(text, at).trim_start_matches(|c: char| c.is_ascii_digit()).len();
     let mut end = digits(start);
-    if text[end..].starts_with('.') {
+    if from(text, end).starts_with('.') {
         end = digits(end + 1);
     }
-    if let Some(exponent) = text[end..].strip_prefix(['e', 'E']) {
+    if let Some(exponent) = from(text, end).strip_prefix(['e', 'E']) {
         let power = exponent.strip_prefix(['+', '-', '−']).unwrap_or(exponent);
         let power_start = text.len() - power.len();
         let power_end = digits(power_start);
         if power_end > power_start {
             end = power_end;
         } else if !exponent.starts_with(starts_unit) {
-            let written = &text[start..power_start];
+            let written = between(text, start, power_start);
             return Err(bad(start..power_start, format!("the exponent of `{written}` has no digits")));
         }
     }
-    match text[end..].chars().next() {
-        Some('.') => Err(bad(start..end + 1, format!("`{}` has a point too many", &text[start..=end]))),
+    match from(text, end).chars().next() {
+        Some('.') => Err(bad(start..end + 1, format!("`{}` has a point too many", between(text, start, end + 1)))),
         Some('_') => Err(bad(start..end + 1, "the digits of a number are not grouped")),
         _ => Ok(end),
     }

@@ -71,6 +71,11 @@ impl<'a> Parser<'a> {
         Ok(self.previous.clone())
     }
 
+    /// The text at a place.
+    pub(super) fn written(&self, place: &Range<usize>) -> &'a str {
+        self.text.get(place.clone()).unwrap_or_default()
+    }
+
     /// A whole expression, up to what cannot go on with it.
     pub(super) fn side(&mut self) -> Result<Expr, ParseError> {
         self.expression(level::SUM).map(|parsed| parsed.expr)
@@ -206,7 +211,7 @@ impl<'a> Parser<'a> {
                 let error = ParseError::new(ParseErrorKind::ExpectedName, self.here(), complaint);
                 return Err(match self.token.kind {
                     TokenKind::Number { .. } => {
-                        error.hint(format!("write it in quotes: `'{}'`", &self.text[self.token.span.clone()]))
+                        error.hint(format!("write it in quotes: `'{}'`", self.written(&self.token.span)))
                     }
                     _ => error,
                 });
@@ -252,7 +257,7 @@ impl<'a> Parser<'a> {
         match self.token.kind {
             TokenKind::End => Err(self.unclosed(open)),
             TokenKind::CloseRound | TokenKind::CloseSquare => {
-                let other = &self.text[self.token.span.clone()];
+                let other = self.written(&self.token.span);
                 Err(self.unclosed(open).hint(format!("`{other}` stands where it should be closed")))
             }
             _ => Err(self.unexpected()),

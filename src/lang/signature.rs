@@ -47,7 +47,7 @@ pub fn parse_signature(text: &str) -> Result<Signature, ParseError> {
         return Err(error);
     }
     for (index, parameter) in parameters.iter().enumerate() {
-        if parameters[..index].iter().any(|earlier| earlier.name == parameter.name) {
+        if parameters.iter().take(index).any(|earlier| earlier.name == parameter.name) {
             let message = format!("the parameter `{}` stands twice", parameter.name);
             return Err(ParseError::new(ParseErrorKind::DuplicateParameter, parameter.span.clone(), message));
         }

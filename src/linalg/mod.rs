@@ -13,6 +13,11 @@
 //!
 //! No type of another crate appears in a signature here, and nothing that is not finite gets in.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "rows and columns run over the dimensions of the matrices at hand, which every constructor has checked against its parts"
+)]
+
 mod bounded;
 mod cholesky;
 mod constrained;
@@ -66,6 +71,6 @@ pub enum LinalgError {
 }
 
 /// `Ok` if `found` is `expected`.
-fn same_size(expected: usize, found: usize) -> Result<(), LinalgError> {
+pub(crate) fn same_size(expected: usize, found: usize) -> Result<(), LinalgError> {
     if expected == found { Ok(()) } else { Err(LinalgError::Shape { expected, found }) }
 }

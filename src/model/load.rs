@@ -7,11 +7,14 @@ use ron::error::{Error as RonError, SpannedError};
 
 use super::Model;
 use super::read::{Fields, Reader};
-use super::tree::{self, Body, Kind, Node, skip_blank, skip_block_comment};
-use crate::diag::{Code, Diagnostic, Diagnostics, Position, Source, Span};
+use super::tree::{self, Body, Kind, Node, skip_blank, skip_block_comment, skip_line_comment};
+use crate::diag::{Code, DataPlace, Diagnostic, Diagnostics, Position, Source, Span};
 
 /// How many brackets may be open at once. Models need about ten; the parser stops at about sixty.
 const DEEPEST: usize = 40;
+
+/// Bytes of a model. The largest that people have written have some ten thousand; ten times as long takes a second.
+const MOST_BYTES: usize = 4 << 20;
 
 /// Reads a model file.
 ///
@@ -20,14 +23,20 @@ const DEEPEST: usize = 40;
 /// Everything that is wrong with the structure of the file, at once. A text that is not RON stops at the first mistake.
 /// What expressions and quantities say is not looked at here.
 pub fn load(source: &Arc<Source>) -> Result<(Model, Diagnostics), Diagnostics> {
+    if source.text().len() > MOST_BYTES {
+        let message = format!("`{}` is longer than {} MiB, which no model is", source.name(), MOST_BYTES >> 20);
+        let found = Diagnostic::error(Code::TooLong, message).at_data(DataPlace::file(source.name()));
+        return Err(found.hint("write what belongs to single rows into a table of data").into());
+    }
     let brackets = Brackets::of(source.text());
     if let Some(span) = brackets.too_deep {
         let message = format!("more than {DEEPEST} brackets are open here");
         return Err(Diagnostic::error(Code::NestedTooDeep, message).at(source, span).into());
     }
-    let shift = if source.text().starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
+    let text = source.text().strip_prefix('\u{feff}').unwrap_or(source.text());
+    let shift = source.text().len() - text.len();
     // A raw value may not end in a comment: make sure of a line break.
-    let text = format!("{}\n", &source.text()[shift..]);
+    let text = format!("{text}\n");
     let root = tree::parse(&text, shift)
         .map_err(|error| Diagnostics::from(syntax(source, &text, shift, &error, &brackets)))?;
 
@@ -80,7 +89,7 @@ fn syntax(source: &Arc<Source>, text: &str, shift: usize, error: &SpannedError, 
     };
     let end = byte(error.span.end).min(source.text().len());
     let mut start = byte(error.span.start).min(end);
-    let rest = skip_blank(&source.text()[start..]);
+    let rest = skip_blank(source.slice(Span::new(start, source.text().len())));
     if !rest.is_empty() {
         start = source.text().len() - rest.len();
     }
@@ -148,14 +157,15 @@ impl Brackets {
         let mut rest = text;
         while let Some(c) = rest.chars().next() {
             let at = text.len() - rest.len();
+            let after = rest.strip_prefix(c).unwrap_or_default();
             let here = Span::new(at, at + c.len_utf8());
             rest = match c {
                 '"' => skip_quoted(rest),
                 'r' if raw_hashes(rest).is_some() => skip_raw(rest),
                 '\'' => skip_character(rest),
-                '/' if rest.starts_with("//") => rest.find('\n').map_or("", |end| &rest[end..]),
+                '/' if rest.starts_with("//") => skip_line_comment(rest),
                 '/' if rest.starts_with("/*") => skip_block_comment(rest),
-                _ => &rest[c.len_utf8()..],
+                _ => after,
             };
             match c {
                 '(' | '[' | '{' => {
@@ -184,9 +194,10 @@ impl Brackets {
 /// The text after the quoted one it starts with.
 fn skip_quoted(text: &str) -> &str {
     let mut escaped = false;
-    for (at, c) in text.char_indices().skip(1) {
+    let mut rest = text.strip_prefix('"').unwrap_or(text).chars();
+    while let Some(c) = rest.next() {
         match c {
-            '"' if !escaped => return &text[at + 1..],
+            '"' if !escaped => return rest.as_str(),
             _ => escaped = c == '\\' && !escaped,
         }
     }
@@ -202,20 +213,21 @@ fn raw_hashes(text: &str) -> Option<usize> {
 
 /// The text after the raw one it starts with.
 fn skip_raw(text: &str) -> &str {
-    let hashes = raw_hashes(text).unwrap_or(0);
-    let end = format!("\"{}", "#".repeat(hashes));
-    let inside = &text[hashes + 2..];
-    inside.find(&end).map_or("", |at| &inside[at + end.len()..])
+    let end = format!("\"{}", "#".repeat(raw_hashes(text).unwrap_or(0)));
+    // after `r`, the same stands in front backwards
+    let inside = text.split_once('"').map_or("", |(_, inside)| inside);
+    inside.split_once(&end).map_or("", |(_, after)| after)
 }
 
 /// The text after the character literal it starts with, or after the quote where it is none.
 fn skip_character(text: &str) -> &str {
-    let after = &text[1..];
+    let after = text.strip_prefix('\'').unwrap_or(text);
     let mut chars = after.chars();
     match chars.next() {
         Some('\\') => {
-            let literal = after[1..].char_indices().skip(1).find(|&(_, c)| c == '\'');
-            literal.map_or(after, |(at, _)| &after[at + 2..])
+            // what is escaped may be a quote
+            chars.next();
+            chars.as_str().split_once('\'').map_or(after, |(_, rest)| rest)
         }
         Some(_) => chars.as_str().strip_prefix('\'').unwrap_or(after),
         None => after,

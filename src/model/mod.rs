@@ -14,7 +14,7 @@
 //! assert_eq!(load(&Source::new("again", print(&model))).unwrap().0, model);
 //! ```
 #![doc = "\n\n# Language reference\n\n"]
-#![doc = include_str!("language.md")]
+#![doc = include_str!("../../docs/language.md")]
 
 mod chain;
 mod leaf;

@@ -95,19 +95,23 @@ impl<'t> Builder<'t> {
             }
             Some(b'(') => Kind::Group(None, self.body(text)?),
             Some(b'"') => self.text(text, span)?,
-            Some(b'r') if text[1..].starts_with('"') || text.starts_with("r#") => match self.text(text, span) {
+            Some(b'r') if text.starts_with("r\"") || text.starts_with("r#") => match self.text(text, span) {
                 Ok(text) => text,
                 Err(_) => Kind::Other("a raw name"),
             },
             Some(b'\'') => Kind::Other("a character"),
-            Some(b'b') if text[1..].starts_with(['\'', '"']) || text.starts_with("br") && text.contains('"') => {
+            Some(b'b')
+                if text.starts_with("b'")
+                    || text.starts_with("b\"")
+                    || text.starts_with("br") && text.contains('"') =>
+            {
                 Kind::Other("bytes")
             }
             _ if matches!(word, "true" | "false") => Kind::Bool(word == "true"),
             _ if word.is_empty() || is_number_word(word) => number(text),
             _ => {
                 let name = Some(Word { name: word.to_owned(), span: self.span(word) });
-                let rest = skip_blank(&text[word.len()..]);
+                let rest = skip_blank(text.strip_prefix(word).unwrap_or_default());
                 let body = if rest.is_empty() { Body::Bare } else { self.body(rest)? };
                 Kind::Group(name, body)
             }
@@ -165,8 +169,8 @@ fn leading_word(text: &str) -> &str {
     if !text.starts_with(|c: char| c.is_alphabetic() || c == '_') {
         return "";
     }
-    let end = text.find(|c: char| !(c.is_alphanumeric() || c == '_'));
-    &text[..end.unwrap_or(text.len())]
+    let rest = text.trim_start_matches(|c: char| c.is_alphanumeric() || c == '_');
+    text.strip_suffix(rest).unwrap_or(text)
 }
 
 fn is_number_word(word: &str) -> bool {
@@ -174,12 +178,17 @@ fn is_number_word(word: &str) -> bool {
     matches!(plain, "inf" | "NaN")
 }
 
+/// The text after the comment it starts with, from the end of its line on.
+pub(super) fn skip_line_comment(text: &str) -> &str {
+    text.trim_start_matches(|c| c != '\n')
+}
+
 /// The text without the white space and comments it starts with.
 pub(crate) fn skip_blank(text: &str) -> &str {
     let mut rest = text.trim_start();
     loop {
         let after = if rest.starts_with("//") {
-            rest.find('\n').map_or("", |end| &rest[end..])
+            skip_line_comment(rest)
         } else if rest.starts_with("/*") {
             skip_block_comment(rest)
         } else {

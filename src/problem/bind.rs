@@ -15,6 +15,9 @@ use crate::compile::{Measurement, Program, Residual, Robust, Role, Sigma};
 use crate::data::{Buffer, Table};
 use crate::diag::{Code, Diagnostic, Diagnostics, nearest};
 
+/// Coordinates that are estimated together. Their matrices are dense: 5000 squared are 200 MB each, and a step takes minutes.
+const MOST_FREE: usize = 5000;
+
 /// How residuals are weighted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weights {
@@ -67,13 +70,23 @@ impl<'p> Problem<'p> {
     /// Binds tables (by measurement number) to a program. Measurements without a table take no part.
     ///
     /// # Errors
-    /// Unknown names among what is freed, fixed or started from; weights without sigmas; no rows at all.
+    /// Measurements that the program has not; tables of other columns than theirs; unknown names among what is freed, fixed or
+    /// started from; weights without sigmas; no rows at all.
     pub fn bind(
         program: &'p Program,
         tables: Vec<(usize, Table)>,
         options: &Options,
     ) -> Result<(Problem<'p>, Diagnostics), Diagnostics> {
         let mut diagnostics = Diagnostics::new();
+        for (index, table) in &tables {
+            match program.measurement(*index) {
+                Ok(measurement) => check_columns(measurement, table, &mut diagnostics),
+                Err(found) => diagnostics.push(*found),
+            }
+        }
+        if diagnostics.has_errors() {
+            return Err(diagnostics);
+        }
         let members = members(program, &tables, &mut diagnostics);
         unused_members(program, &members, &mut diagnostics);
         let mut layout = Layout::new(program, &members);
@@ -82,14 +95,6 @@ impl<'p> Problem<'p> {
         if tables.iter().all(|(_, table)| table.rows() == 0) {
             let found = Diagnostic::error(Code::NoRows, "there are no rows of data");
             diagnostics.push(found.hint("name a file with `data` in the model, or by `--data MEASUREMENT=FILE`"));
-        }
-        for (index, table) in &tables {
-            let measurement = &program.measurements[*index];
-            if table.rows() > 0 && table.width() != measurement.inputs.len() {
-                let (name, found, wanted) = (&measurement.name, table.width(), measurement.inputs.len());
-                let message = format!("rows of `{name}` have {found} readings, and it has {wanted} inputs");
-                diagnostics.push(Diagnostic::error(Code::FieldCount, message));
-            }
         }
         let groups = if options.unconstrained { None } else { Conditions::groups(program, &layout, &mut diagnostics) };
         if diagnostics.has_errors() {
@@ -123,6 +128,12 @@ impl<'p> Problem<'p> {
         }
         let free: Vec<usize> =
             (0..layout.coordinates.len()).filter(|&c| layout.coordinates[c].role == Role::Free).collect();
+        if free.len() > MOST_FREE {
+            let message = format!("{} coordinates are free, and no more than {MOST_FREE} can be", free.len());
+            let found = Diagnostic::error(Code::TooLarge, message);
+            diagnostics.push(found.hint("hold members of families by `--fix`, or take fewer rows at a time"));
+            return Err(diagnostics);
+        }
         let conditions = groups.map(|groups| Conditions::new(program, groups, &layout, &free)).unwrap_or_default();
         conditions.check_held(program, &layout, &start, &mut diagnostics);
         let scale = free.iter().map(|&c| layout.coordinates[c].tolerance).collect();
@@ -146,8 +157,10 @@ impl<'p> Problem<'p> {
         ))
     }
 
-    /// The same rows with other coordinates free. Constraints in which nothing is free any more are left out.
-    pub fn with_free(&self, free: Vec<usize>) -> Problem<'p> {
+    /// The same rows with other coordinates free. Constraints in which nothing is free any more are left out, and so are numbers
+    /// of coordinates that there are not.
+    pub fn with_free(&self, mut free: Vec<usize>) -> Problem<'p> {
+        free.retain(|&c| c < self.layout.coordinates.len());
         let scale = free.iter().map(|&c| self.layout.coordinates[c].tolerance).collect();
         // what is differentiated changes
         let blocks = self.blocks.iter().map(Block::anew).collect();
@@ -162,6 +175,19 @@ impl<'p> Problem<'p> {
     pub fn check(&self, point: &[f64]) -> Result<(), Undefined> {
         self.sums(point).map(|_| ())
     }
+}
+
+/// Says where rows are not those of a measurement.
+fn check_columns(measurement: &Measurement, table: &Table, diagnostics: &mut Diagnostics) {
+    let name = &measurement.name;
+    let mut check = |found: usize, what: &str, wanted: usize, of: &str| {
+        if table.rows() > 0 && found != wanted {
+            let message = format!("rows of `{name}` have {found} {what}, and it has {wanted} {of}");
+            diagnostics.push(Diagnostic::error(Code::FieldCount, message));
+        }
+    };
+    check(table.width(), "readings", measurement.inputs.len(), "inputs");
+    check(table.keys(), "names", measurement.keys.len(), "keys");
 }
 
 /// How the rows of a measurement count.

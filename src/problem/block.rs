@@ -15,6 +15,7 @@ use crate::data::{Buffer, Table};
 use crate::diag::{Code, DataPlace, Diagnostic};
 use crate::eval::{Evaluator, Leaf};
 use crate::graph::Tape;
+use crate::linalg::same_size;
 
 /// Rows of one measurement.
 #[derive(Clone, Debug)]
@@ -156,21 +157,32 @@ impl<'p> Block<'p> {
         Ok(())
     }
 
-    /// Adds a row whose combination of names is known; whether it is.
+    /// Adds a row whose combination of names is known; whether it is, and the row has the columns of the others.
     pub(super) fn push(&mut self, names: &[&str], readings: &[f64], line: Option<usize>) -> bool {
-        let number = |&key: &usize| self.table.names(key).iter().position(|known| known == names[key]);
+        let number =
+            |&key: &usize| self.table.names(key).iter().position(|known| Some(&known.as_str()) == names.get(key));
         let numbers: Option<Vec<u32>> = self.keys.iter().map(|key| number(key).map(|at| at as u32)).collect();
         let known = numbers.is_some_and(|numbers| self.known.contains_key(&numbers));
         // without rows there is no combination yet
         let known = known && !self.combinations.is_empty();
-        if known {
-            Arc::make_mut(&mut self.table).push(names, readings, line);
+        known && Arc::make_mut(&mut self.table).push(names, readings, line).is_ok()
+    }
+
+    /// Whether there is a row of this number.
+    ///
+    /// # Errors
+    /// Where there is none.
+    pub(super) fn has_row(&self, row: usize) -> Result<(), Undefined> {
+        let rows = self.table.rows();
+        if row < rows {
+            return Ok(());
         }
-        known
+        let message = format!("`{}` has no row number {row}: it has {rows}, counted from 0", self.measurement.name);
+        Err(Undefined(Box::new(Diagnostic::error(Code::NoRows, message))))
     }
 
     /// Whether a row takes no part.
-    pub(super) fn excludes(&self, row: usize) -> bool {
+    pub fn excludes(&self, row: usize) -> bool {
         !self.excluded.is_empty() && self.excluded.binary_search(&row).is_ok()
     }
 
@@ -231,7 +243,7 @@ impl<'p> Block<'p> {
     /// Calls `visit(row, values)` for every row in order, with residuals (not whitened) or outputs.
     ///
     /// # Errors
-    /// Where an output is not a number.
+    /// Where an output is not a number, or the point has not as many numbers as there are coordinates.
     pub fn values(
         &self,
         what: Quantities,
@@ -239,6 +251,7 @@ impl<'p> Block<'p> {
         point: &[f64],
         mut visit: impl FnMut(usize, &[f64]),
     ) -> Result<(), Undefined> {
+        layout.fits(point)?;
         let compiled = match what {
             Quantities::Residuals => self.seen.residuals(&self.programs, &self.weights, self.execution.instructions()),
             Quantities::Outputs => self.seen.outputs(&self.programs, self.execution.instructions()),
@@ -270,7 +283,8 @@ impl<'p> Block<'p> {
     /// measured against. `place` gives each coordinate's place among the free ones.
     ///
     /// # Errors
-    /// Where a residual or a derivative is not a number.
+    /// Where a residual or a derivative is not a number, or the point, or `place`, has not as many numbers as there are
+    /// coordinates.
     pub fn jacobians(
         &self,
         layout: &Layout,
@@ -278,6 +292,8 @@ impl<'p> Block<'p> {
         place: &[Option<usize>],
         mut visit: impl FnMut(RowJacobian) -> Result<(), Undefined>,
     ) -> Result<(), Undefined> {
+        layout.fits(point)?;
+        same_size(layout.coordinates.len(), place.len())?;
         let tape = &self.measurement.tape;
         let mut values = vec![0.0; tape.outputs()];
         let mut begun: HashMap<usize, (Evaluator, Vec<usize>, Vec<f64>)> = HashMap::new();
@@ -308,12 +324,16 @@ impl<'p> Block<'p> {
 
     /// Calls `visit(row, evaluate)` for every row, where `evaluate(inputs, residuals, derivatives by inputs)` gives what is not
     /// whitened, by dual numbers.
+    ///
+    /// # Errors
+    /// Where the point has not as many numbers as there are coordinates.
     pub fn input_jacobians(
         &self,
         layout: &Layout,
         point: &[f64],
         mut visit: impl FnMut(usize, &mut dyn FnMut(&[f64], &mut [f64], &mut [f64])),
-    ) {
+    ) -> Result<(), Undefined> {
+        layout.fits(point)?;
         let tape = &self.measurement.tape;
         let mut begun: HashMap<usize, Evaluator> = HashMap::new();
         for row in 0..self.table.rows() {
@@ -325,6 +345,7 @@ impl<'p> Block<'p> {
             });
             visit(row, &mut |inputs, values, derivatives| evaluator.row(inputs, values, derivatives));
         }
+        Ok(())
     }
 
     /// Why a span of rows has something that is not a number: the first row and operation, by the evaluation that names them.

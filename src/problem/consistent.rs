@@ -23,6 +23,7 @@ impl Problem<'_> {
     /// # Errors
     /// Where the rows cannot be read.
     pub fn consistent(&self, point: &[f64]) -> Result<Consistent, Undefined> {
+        self.layout.fits(point)?;
         let mut all = Consistent { tables: Vec::new(), left_out: 0, kept: Vec::new() };
         for block in &self.blocks {
             let mut adjuster = Adjuster::new(self, block, point);

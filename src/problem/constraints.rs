@@ -130,6 +130,7 @@ impl<'p> Problem<'p> {
     /// # Errors
     /// Where one of them is undefined there.
     pub fn linearised_constraints(&self, point: &[f64]) -> Result<Vec<solve::Constraint>, Undefined> {
+        self.layout.fits(point)?;
         let Conditions { active, .. } = &self.conditions;
         if active.is_empty() {
             return Ok(Vec::new());

@@ -21,13 +21,18 @@ pub struct EngineRow<'a> {
 
 impl Block<'_> {
     /// The first coordinate of the parameter, or of the member, that a row has in each slot of its measurement.
-    pub fn touched_by(&self, layout: &Layout, row: usize) -> Vec<usize> {
+    pub(crate) fn touched_by(&self, layout: &Layout, row: usize) -> Vec<usize> {
         self.combinations[self.combination_of(row)].iter().map(|&group| layout.groups[group].first).collect()
     }
 
     /// The numbers of a row's leaves at a point; perturbations of rotations are zero.
-    pub fn leaves_of(&self, layout: &Layout, point: &[f64], row: usize) -> Vec<f64> {
-        self.leaves(self.combination_of(row), layout, point)
+    ///
+    /// # Errors
+    /// Where there is no such row, or the point has not as many numbers as there are coordinates.
+    pub fn leaves_of(&self, layout: &Layout, point: &[f64], row: usize) -> Result<Vec<f64>, Undefined> {
+        layout.fits(point)?;
+        self.has_row(row)?;
+        Ok(self.leaves(self.combination_of(row), layout, point))
     }
 }
 
@@ -36,9 +41,10 @@ impl Problem<'_> {
     /// errors have them.
     ///
     /// # Errors
-    /// Where the rows cannot be read.
+    /// Where there is no such block, the rows cannot be read, or the point has not as many numbers as there are coordinates.
     pub fn engine_rows(&self, block: usize, point: &[f64], mut visit: impl FnMut(&EngineRow)) -> Result<(), Undefined> {
-        let block = &self.blocks[block];
+        let block = self.block(block)?;
+        self.layout.fits(point)?;
         let (layout, place, set) = (&self.layout, self.places(), self.execution.instructions());
         let (programs, weights) = (&block.programs, &block.weights);
         let jacobian = block.seen.free(programs, &block.combinations, layout, &place, weights, set);

@@ -1,6 +1,7 @@
-//! With which instructions, and by how many threads.
+//! With which instructions, by how many threads, and until when.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -10,11 +11,44 @@ use crate::simd::InstructionSet;
 /// Pieces of which the results are kept before they are put together.
 const AT_A_TIME: usize = 64;
 
+/// A wish to stop, shared by whoever may have it and all that heed it: searches end where they are at their next iteration.
+///
+/// ```
+/// use phical::problem::{Execution, Options, Stop};
+/// let stop = Stop::default();
+/// let options = Options { execution: Execution::default().until(&stop), ..Options::default() };
+/// stop.now(); // from any thread
+/// assert!(options.execution.stopped());
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Stop(Arc<AtomicBool>);
+
+impl Stop {
+    /// Stops all that heeds it.
+    pub fn now(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether it is time.
+    #[must_use]
+    pub fn asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+impl From<Arc<AtomicBool>> for Stop {
+    /// A flag that somebody else sets.
+    fn from(flag: Arc<AtomicBool>) -> Self {
+        Stop(flag)
+    }
+}
+
 /// How rows are evaluated. The results of one instruction set are the same bits for any number of threads.
 #[derive(Clone, Debug)]
 pub struct Execution {
     set: InstructionSet,
     threads: Threads,
+    stop: Stop,
 }
 
 #[derive(Clone, Debug)]
@@ -42,7 +76,25 @@ impl Execution {
             1 => Threads::One,
             many => own(many).map_or(Threads::One, Threads::Own),
         };
-        Execution { set, threads }
+        Execution { set, threads, stop: Stop::default() }
+    }
+
+    /// The same until it is stopped.
+    #[must_use]
+    pub fn until(self, stop: &Stop) -> Self {
+        Execution { stop: stop.clone(), ..self }
+    }
+
+    /// The same by the caller's thread alone, for work of which there is much beside it.
+    #[must_use]
+    pub fn alone(&self) -> Self {
+        Execution { threads: Threads::One, ..self.clone() }
+    }
+
+    /// Whether it is time to stop.
+    #[must_use]
+    pub fn stopped(&self) -> bool {
+        self.stop.asked()
     }
 
     /// The instruction set.

@@ -51,6 +51,7 @@ impl Problem<'_> {
 
     /// The same of some rows, by block in pieces.
     pub(super) fn linearised_in(&self, point: &[f64], rows: &[Vec<Range<usize>>]) -> Result<Linearised, Undefined> {
+        self.layout.fits(point)?;
         let place = self.places();
         let mut all = Linearised { information: SquareRootInformation::new(self.free.len()), sums: Sums::default() };
         for (block, rows) in self.blocks.iter().zip(rows).filter(|(_, rows)| !rows.is_empty()) {
@@ -87,6 +88,7 @@ impl Problem<'_> {
         point: &[f64],
         rows: &[Vec<Range<usize>>],
     ) -> Result<SquareRootInformation, Undefined> {
+        self.layout.fits(point)?;
         let place = self.places();
         let mut all = SquareRootInformation::new(self.free.len());
         for (block, rows) in self.blocks.iter().zip(rows).filter(|(_, rows)| !rows.is_empty()) {
@@ -119,6 +121,7 @@ impl Problem<'_> {
     /// # Errors
     /// Where the rows cannot be read, or something is undefined.
     pub fn derivatives(&self, point: &[f64], mut visit: impl FnMut(Range<usize>, &[f64])) -> Result<(), Undefined> {
+        self.layout.fits(point)?;
         for block in &self.blocks {
             let mut equations = Equations::with_derivatives(self, block, point);
             for piece in pieces(block.table.rows()) {
@@ -143,6 +146,7 @@ impl Problem<'_> {
 
     /// The same of some rows, by block in pieces.
     pub(super) fn sums_in(&self, point: &[f64], rows: &[Vec<Range<usize>>]) -> Result<Sums, Undefined> {
+        self.layout.fits(point)?;
         let mut total = Sums::default();
         for (block, rows) in self.blocks.iter().zip(rows).filter(|(_, rows)| !rows.is_empty()) {
             // compiled before threads need it
@@ -162,6 +166,7 @@ impl Problem<'_> {
 
     /// Calls `visit(block, length)` with the length of every row's whitened residuals, in order.
     pub(super) fn lengths(&self, point: &[f64], mut visit: impl FnMut(usize, f64)) -> Result<(), Undefined> {
+        self.layout.fits(point)?;
         for (number, block) in self.blocks.iter().enumerate() {
             let mut equations = Equations::residuals(self, block, point);
             for piece in pieces(block.table.rows()) {

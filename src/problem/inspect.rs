@@ -42,9 +42,9 @@ pub struct Inspected<'a> {
 }
 
 impl Problem<'_> {
-    /// The observations of each row of a block, in the order of [`Inspected::errors`].
+    /// The observations of each row of a block, in the order of [`Inspected::errors`]; none of a block that there is not.
     pub fn observations(&self, block: usize) -> Vec<Observed> {
-        let block = &self.blocks[block];
+        let Some(block) = self.blocks.get(block) else { return Vec::new() };
         let equations = block.measurement.residuals.len();
         match &block.noise {
             None => (0..equations).map(Observed::Residual).collect(),
@@ -58,12 +58,12 @@ impl Problem<'_> {
 
     /// Whether factors of its residuals say all of a block's errors, so that its observations are the whitened residuals.
     pub fn whitened_by_factors(&self, block: usize) -> bool {
-        self.blocks[block].noise.is_none()
+        self.blocks.get(block).is_some_and(|block| block.noise.is_none())
     }
 
     /// The correlations between the errors of a block's observations, where there are any.
     pub fn observation_correlations(&self, block: usize) -> Option<Matrix> {
-        let mixing = self.blocks[block].noise.as_ref()?.mixing.as_ref()?;
+        let mixing = self.blocks.get(block)?.noise.as_ref()?.mixing.as_ref()?;
         let (all, k) = (self.observations(block).len(), mixing.rows());
         let mut matrix = Matrix::identity(all);
         for i in 0..k {
@@ -77,8 +77,9 @@ impl Problem<'_> {
     /// Visits every row that takes part, in order.
     ///
     /// # Errors
-    /// Where the rows cannot be read, or something is undefined.
+    /// Where the rows cannot be read, something is undefined, or the point has not as many numbers as there are coordinates.
     pub fn inspect(&self, point: &[f64], mut visit: impl FnMut(&Inspected)) -> Result<(), Undefined> {
+        self.layout.fits(point)?;
         (0..self.blocks.len()).try_for_each(|block| self.inspect_block(block, point, &mut visit))
     }
 

@@ -2,7 +2,9 @@
 
 use std::collections::HashMap;
 
+use super::Undefined;
 use crate::compile::{Program, Role, Shape};
+use crate::diag::{Code, Diagnostic};
 use crate::unit::Dimension;
 
 /// One number of a parameter.
@@ -91,6 +93,19 @@ impl Layout {
                 group,
             });
         }
+    }
+
+    /// Whether a point has a number for each coordinate.
+    ///
+    /// # Errors
+    /// Where it has fewer or more.
+    pub(super) fn fits(&self, point: &[f64]) -> Result<(), Undefined> {
+        let (wanted, found) = (self.coordinates.len(), point.len());
+        if found == wanted {
+            return Ok(());
+        }
+        let message = format!("the point has {found} numbers, and there are {wanted} coordinates");
+        Err(Undefined(Box::new(Diagnostic::error(Code::FieldCount, message))))
     }
 
     /// The number of a coordinate.

@@ -15,6 +15,11 @@
 //! `noise` (what the weights count) → `propagated` (a step, as a graph) → `correction` (blocks of rows, until they stand still) or
 //! `alone` (a row that a block cannot do) → `equations` (weights of losses, and sums) → `factor` (QR, by pieces and threads).
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "coordinates, groups and blocks are numbered by the layout that binding made; what callers number is looked up"
+)]
+
 mod adjusted;
 mod alone;
 mod bind;
@@ -51,7 +56,7 @@ pub use block::{Block, Quantities, RowJacobian};
 pub use consistent::Consistent;
 pub use derivatives::EngineRow;
 pub use equations::Sums;
-pub use execution::Execution;
+pub use execution::{Execution, Stop};
 pub use factor::{Linearised, Rows};
 pub use inspect::{Inspected, Observed};
 pub use layout::{Coordinate, Layout};
@@ -66,6 +71,7 @@ pub use solving::Undefined;
 use std::sync::Arc;
 
 use crate::compile::Program;
+use crate::diag::{Code, Diagnostic};
 use crate::solve::Absorbed;
 use constraints::Conditions;
 use prior::Prior;
@@ -85,7 +91,7 @@ pub struct Problem<'p> {
     pub start: Vec<f64>,
     /// The free coordinates, by their number.
     pub free: Vec<usize>,
-    /// With which instructions, and by how many threads.
+    /// With which instructions, by how many threads, and until when.
     pub execution: Execution,
     /// The constraints that free coordinates can meet or break.
     conditions: Conditions,
@@ -95,7 +101,15 @@ pub struct Problem<'p> {
     absorbed: Option<Arc<Absorbed<Vec<f64>>>>,
 }
 
-impl Problem<'_> {
+impl<'p> Problem<'p> {
+    /// A block by its number.
+    pub(super) fn block(&self, number: usize) -> Result<&Block<'p>, Undefined> {
+        self.blocks.get(number).ok_or_else(|| {
+            let message = format!("there is no block number {number}: there are {}, counted from 0", self.blocks.len());
+            Undefined(Box::new(Diagnostic::error(Code::UnknownMeasurement, message)))
+        })
+    }
+
     /// How many equations the data give.
     pub fn equations(&self) -> usize {
         self.blocks.iter().map(|block| block.table.rows() * block.measurement.residuals.len()).sum()

@@ -29,6 +29,7 @@ impl<'p> Problem<'p> {
     /// # Errors
     /// Where rows cannot be read.
     pub fn path(&self, point: &[f64]) -> Result<Path<'p>, Undefined> {
+        self.layout.fits(point)?;
         let mut consistent = Vec::with_capacity(self.blocks.len());
         let mut unmet: Vec<Vec<usize>> = vec![Vec::new(); self.blocks.len()];
         for (block, unmet) in self.blocks.iter().zip(&mut unmet) {
@@ -42,7 +43,7 @@ impl<'p> Problem<'p> {
                     adjusted.extend_from_slice(span.readings);
                     let met = adjuster.adjust(span.combination, &mut adjusted);
                     unmet.extend(met.iter().enumerate().filter(|(_, met)| !**met).map(|(row, _)| span.first + row));
-                    (0..span.count).for_each(|row| table.push(&[], &adjusted[row * width..(row + 1) * width], None));
+                    (0..span.count).for_each(|row| table.put([], &adjusted[row * width..(row + 1) * width], None));
                     Ok(())
                 })?;
             }

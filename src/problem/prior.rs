@@ -1,19 +1,21 @@
 //! Gaussian priors: (q ⊖ nominal)/σ for the free coordinates that have one.
 
+use super::solving::{number, turn};
 use super::{Problem, rotation};
 use crate::linalg::Matrix;
 
 pub(super) struct Prior;
 
 impl Problem<'_> {
-    /// `to` ⊖ `from` for all coordinates: differences, and for a rotation log(R(from)ᵀ·R(to)).
+    /// `to` ⊖ `from` for all coordinates: differences, and for a rotation log(R(from)ᵀ·R(to)). Coordinates that a point has not
+    /// are not numbers.
     pub fn difference(&self, from: &[f64], to: &[f64]) -> Vec<f64> {
-        let mut difference: Vec<f64> = to.iter().zip(from).map(|(to, from)| to - from).collect();
+        let mut difference: Vec<f64> =
+            (0..self.layout.coordinates.len()).map(|c| number(to, c) - number(from, c)).collect();
         for group in &self.layout.groups {
             if let Some(first) = group.shape.rotation() {
                 let at = group.first + first;
-                let of = |point: &[f64]| [point[at], point[at + 1], point[at + 2]];
-                difference[at..at + 3].copy_from_slice(&rotation::difference(of(from), of(to)));
+                difference[at..at + 3].copy_from_slice(&rotation::difference(turn(from, at), turn(to, at)));
             }
         }
         difference
@@ -47,7 +49,7 @@ impl Prior {
             match group.shape.rotation() {
                 Some(first) if c - group.first >= first => {
                     let at = group.first + first;
-                    let jacobian = rotation::right_jacobian_inverse([offsets[at], offsets[at + 1], offsets[at + 2]]);
+                    let jacobian = rotation::right_jacobian_inverse(turn(&offsets, at));
                     for k in 0..3 {
                         if let Some(column) = place[at + k] {
                             row[column] = jacobian[c - at][k] / sigma;

@@ -40,6 +40,7 @@ impl Problem<'_> {
     /// # Errors
     /// Where the rows cannot be read, or a residual is undefined.
     pub fn pure_error(&self, point: &[f64]) -> Result<PureError, Undefined> {
+        self.layout.fits(point)?;
         let plain = self.without_loss();
         let mut all = PureError::default();
         for block in &plain.blocks {

@@ -6,6 +6,7 @@ use super::pass::{Pass, pieces};
 use super::solving::Undefined;
 use crate::compile::Sigma;
 use crate::diag::{Code, Diagnostic};
+use crate::linalg::LinalgError;
 
 /// The outputs of one row, differentiated; in internal units.
 #[derive(Clone, Debug)]
@@ -36,7 +37,8 @@ impl Problem<'_> {
     /// the number is not finite.
     ///
     /// # Errors
-    /// Where the rows cannot be read, or the sigma of a reading is not positive.
+    /// Where there is no such block or coordinate, the rows cannot be read, the sigma of a reading is not positive, or the point
+    /// has not as many numbers as there are coordinates.
     pub fn sensitivities(
         &self,
         block: usize,
@@ -44,11 +46,14 @@ impl Problem<'_> {
         coordinates: &[usize],
         mut visit: impl FnMut(&Sensitivity),
     ) -> Result<(), Undefined> {
-        let block = &self.blocks[block];
+        let block = self.block(block)?;
+        self.layout.fits(point)?;
         let (layout, set) = (&self.layout, self.execution.instructions());
         let mut place = vec![None; layout.coordinates.len()];
         for (at, &coordinate) in coordinates.iter().enumerate() {
-            place[coordinate] = Some(at);
+            let known = place.len();
+            let unknown = LinalgError::Shape { expected: known, found: coordinate };
+            *place.get_mut(coordinate).ok_or(unknown)? = Some(at);
         }
         let at = |groups: &[usize], slot: usize, component: usize| place[layout.groups[groups[slot]].first + component];
         let wanted = |slot: usize, component: usize| {

@@ -7,6 +7,7 @@ use super::equations::Sums;
 use super::factor::{Linearised, SAMPLE, TILT};
 use super::pass::PIECE;
 use super::prior::Prior;
+use super::solving::turn;
 use super::{Problem, Undefined, rotation};
 use crate::eval::ROWS;
 use crate::linalg::{Matrix, SquareRootInformation};
@@ -70,35 +71,36 @@ impl<'p> Problem<'p> {
     /// `to` ⊖ `from` of the free coordinates, and its derivative by ε in (`to` ⊕ ε) ⊖ `from`, where rotations are free.
     fn step(&self, from: &[f64], to: &[f64]) -> (Vec<f64>, Option<Matrix>) {
         let all = self.difference(from, to);
-        let delta: Vec<f64> = self.free.iter().map(|&c| all[c]).collect();
+        let delta = self.of_free(&all);
         let place = self.places();
-        let mut turn = None;
+        let mut turned = None;
         for group in &self.layout.groups {
             let Some(first) = group.shape.rotation() else { continue };
             let at = group.first + first;
-            let jacobian = rotation::right_jacobian_inverse([all[at], all[at + 1], all[at + 2]]);
+            let jacobian = rotation::right_jacobian_inverse(turn(&all, at));
             for i in 0..3 {
                 for j in 0..3 {
                     if let (Some(row), Some(column)) = (place[at + i], place[at + j]) {
-                        turn.get_or_insert_with(|| Matrix::identity(self.free.len()))[(row, column)] = jacobian[i][j];
+                        turned.get_or_insert_with(|| Matrix::identity(self.free.len()))[(row, column)] = jacobian[i][j];
                     }
                 }
             }
         }
-        (delta, turn)
+        (delta, turned)
     }
 
     /// Rows as pieces of each block: neighbours together.
-    fn pieces_of(&self, rows: &[Row]) -> Vec<Vec<Range<usize>>> {
+    fn pieces_of(&self, rows: &[Row]) -> Result<Vec<Vec<Range<usize>>>, Undefined> {
         let mut pieces: Vec<Vec<Range<usize>>> = vec![Vec::new(); self.blocks.len()];
         for &(block, row) in rows {
+            self.block(block)?.has_row(row)?;
             let of = &mut pieces[block];
             match of.last_mut() {
                 Some(last) if last.end == row && last.len() < PIECE => last.end += 1,
                 _ => of.push(row..row + 1),
             }
         }
-        pieces
+        Ok(pieces)
     }
 }
 
@@ -115,11 +117,11 @@ impl InRows for Problem<'_> {
     }
 
     fn cost_of(&self, rows: &[Row], q: &Vec<f64>) -> Result<f64, Undefined> {
-        Ok(self.sums_in(q, &self.pieces_of(rows))?.cost)
+        Ok(self.sums_in(q, &self.pieces_of(rows)?)?.cost)
     }
 
     fn linearise_rows(&self, rows: &[Row], q: &Vec<f64>) -> Result<(f64, SquareRootInformation), Undefined> {
-        let Linearised { information, sums } = self.linearised_in(q, &self.pieces_of(rows))?;
+        let Linearised { information, sums } = self.linearised_in(q, &self.pieces_of(rows)?)?;
         Ok((sums.cost, information))
     }
 
@@ -142,7 +144,7 @@ impl InRows for Problem<'_> {
     ) -> Result<Vec<Vec<f64>>, Undefined> {
         const MOST: usize = SAMPLE * ROWS;
         let judge = |rows: &[Row]| {
-            let data = self.consistent_in(q, &self.pieces_of(rows))?;
+            let data = self.consistent_in(q, &self.pieces_of(rows)?)?;
             let all = if priors { self.with_priors(data, q)? } else { data };
             Ok::<_, Undefined>(null_space(&all, &self.scale)?.basis)
         };
@@ -163,7 +165,7 @@ impl InRows for Problem<'_> {
     }
 
     fn set_weight(&mut self, (block, row): Row, weight: f64) {
-        let block = &mut self.blocks[block];
+        let Some(block) = self.blocks.get_mut(block) else { return };
         let excluded = Arc::make_mut(&mut block.excluded);
         match (excluded.binary_search(&row), weight > 0.0) {
             (Ok(at), true) => drop(excluded.remove(at)),

@@ -28,6 +28,14 @@ impl std::fmt::Display for Undefined {
 impl std::error::Error for Undefined {}
 
 impl Problem<'_> {
+    /// Whether a point has a number for each coordinate.
+    ///
+    /// # Errors
+    /// Where it has fewer or more.
+    pub fn fits(&self, point: &[f64]) -> Result<(), Undefined> {
+        self.layout.fits(point)
+    }
+
     /// The place of each coordinate among the free ones.
     pub fn places(&self) -> Vec<Option<usize>> {
         let mut place = vec![None; self.layout.coordinates.len()];
@@ -37,12 +45,32 @@ impl Problem<'_> {
         place
     }
 
+    /// The free coordinates, in their order.
+    pub fn free_coordinates(&self) -> impl ExactSizeIterator<Item = &super::Coordinate> + Clone {
+        self.free.iter().map(|&c| &self.layout.coordinates[c])
+    }
+
+    /// The numbers of the free coordinates among those of all, such as a point or a [`difference`](Self::difference).
+    pub fn of_free(&self, all: &[f64]) -> Vec<f64> {
+        self.free.iter().map(|&c| number(all, c)).collect()
+    }
+
     /// The size of a coordinate's value at a point, of which rounding is a share.
     pub(super) fn size(&self, coordinate: usize, q: &[f64]) -> f64 {
         let known = &self.layout.coordinates[coordinate];
         let least = if known.dimension == Dimension::ANGLE { 1.0 } else { known.tolerance };
-        q[coordinate].abs().max(least)
+        number(q, coordinate).abs().max(least)
     }
+}
+
+/// A coordinate of a point; a point that is too short, which is refused wherever something is evaluated, has no number there.
+pub(super) fn number(point: &[f64], coordinate: usize) -> f64 {
+    point.get(coordinate).copied().unwrap_or(f64::NAN)
+}
+
+/// The rotation vector that begins at a coordinate.
+pub(super) fn turn(point: &[f64], first: usize) -> [f64; 3] {
+    [0, 1, 2].map(|k| number(point, first + k))
 }
 
 impl LeastSquares for Problem<'_> {
@@ -69,6 +97,7 @@ impl LeastSquares for Problem<'_> {
 
     fn retract(&self, q: &Vec<f64>, delta: &[f64]) -> Vec<f64> {
         let mut moved = q.clone();
+        moved.resize(self.layout.coordinates.len(), f64::NAN);
         let mut turns = vec![[0.0; 3]; self.layout.groups.len()];
         for (&coordinate, &step) in self.free.iter().zip(delta) {
             let known = &self.layout.coordinates[coordinate];
@@ -78,15 +107,15 @@ impl LeastSquares for Problem<'_> {
                     turns[known.group][coordinate - group.first - first] = step;
                 }
                 // all the way to a bound is that bound, whatever rounding makes of the sum
-                _ if step <= known.min - q[coordinate] => moved[coordinate] = known.min,
-                _ if step >= known.max - q[coordinate] => moved[coordinate] = known.max,
-                _ => moved[coordinate] = (q[coordinate] + step).clamp(known.min, known.max),
+                _ if step <= known.min - moved[coordinate] => moved[coordinate] = known.min,
+                _ if step >= known.max - moved[coordinate] => moved[coordinate] = known.max,
+                _ => moved[coordinate] = (moved[coordinate] + step).clamp(known.min, known.max),
             }
         }
         for (group, turn) in self.layout.groups.iter().zip(turns) {
             if let Some(first) = group.shape.rotation() {
                 let at = group.first + first;
-                let composed = rotation::compose([q[at], q[at + 1], q[at + 2]], turn);
+                let composed = rotation::compose(self::turn(&moved, at), turn);
                 moved[at..at + 3].copy_from_slice(&composed);
             }
         }
@@ -94,8 +123,7 @@ impl LeastSquares for Problem<'_> {
     }
 
     fn offset(&self, q: &Vec<f64>) -> Vec<f64> {
-        let all = Prior::offsets(self, q);
-        self.free.iter().map(|&coordinate| all[coordinate]).collect()
+        self.of_free(&Prior::offsets(self, q))
     }
 
     fn scale(&self) -> &[f64] {
@@ -109,9 +137,13 @@ impl LeastSquares for Problem<'_> {
 
     fn bounds(&self, q: &Vec<f64>) -> (Vec<f64>, Vec<f64>) {
         let bound = |f: fn(&super::Coordinate) -> f64| {
-            self.free.iter().map(|&c| f(&self.layout.coordinates[c]) - q[c]).collect()
+            self.free.iter().map(|&c| f(&self.layout.coordinates[c]) - number(q, c)).collect()
         };
         (bound(|c| c.min), bound(|c| c.max))
+    }
+
+    fn stopped(&self) -> bool {
+        self.execution.stopped()
     }
 
     /// The model's, without those in which nothing is free: in the order of [`Problem::constrained`].

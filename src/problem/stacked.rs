@@ -16,6 +16,7 @@ impl Problem<'_> {
     /// # Errors
     /// Where a residual or a derivative is undefined.
     pub fn all_equations(&self, point: &[f64]) -> Result<Stacked, Undefined> {
+        self.layout.fits(point)?;
         let (n, place) = (self.free.len(), self.places());
         let mut rows: Vec<Vec<f64>> = Vec::new();
         for block in &self.blocks {

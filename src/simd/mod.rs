@@ -5,6 +5,8 @@
 //! the same bits on every run of one instruction set; between sets, fused multiply-adds and the order of sums differ by
 //! rounding.
 
+#![allow(clippy::indexing_slicing, reason = "lengths are looked at where slices are cut")]
+
 mod aligned;
 mod arithmetic;
 mod trig;

@@ -22,4 +22,4 @@ mod tests;
 mod truth;
 
 pub(crate) use draw::Stream;
-pub use rows::{MOST_READINGS, Options, Simulated, simulate, simulate_again, with_declared_errors};
+pub use rows::{MOST_READINGS, Options, Simulated, simulate, simulate_again, simulate_watched, with_declared_errors};

@@ -1,5 +1,7 @@
 //! The errors of the readings of a row: normal, as large as declared, and correlated as declared.
 
+#![allow(clippy::indexing_slicing, reason = "inputs are numbered by the measurement that the errors are of")]
+
 use super::draw::Stream;
 use crate::compile::{Measurement, Sigma};
 use crate::linalg::{Matrix, cholesky};

@@ -1,5 +1,10 @@
 //! Inputs that make expressions vanish: inverse kinematics and the like, for a handful of unknowns.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "a system has as many rows as it was begun with, and variables are numbered by the scenario"
+)]
+
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 use crate::eval::{Evaluator, Leaf};

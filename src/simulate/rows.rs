@@ -1,17 +1,25 @@
 //! The rows of a scenario's measurements.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "variables and inputs are numbered by the scenario that was compiled for this measurement"
+)]
+
 use super::draw::Stream;
 use super::noise::Noise;
 use super::root::{Root, Unsolved};
 use super::truth::Truth;
 use crate::compile::{Measurement, Program, Scenario, Simulation, Step};
-use crate::data::{Column, Table};
+use crate::data::{Column, Table, Watch};
 use crate::diag::{Code, Diagnostic};
 use crate::eval::Evaluator;
 use crate::graph::Undefined;
 
 /// Rows times columns that one simulated measurement may have.
 pub const MOST_READINGS: usize = 1 << 28;
+
+/// Rows after which it is told how far it is.
+const TOLD: usize = 256;
 
 /// What a simulation can be told beyond its scenario.
 #[derive(Clone, Debug, Default)]
@@ -54,6 +62,20 @@ pub struct Simulated {
 /// assert_eq!(made.tables[0].1.row(2), [3.0, 7.0]);
 /// ```
 pub fn simulate(program: &Program, scenario: &Scenario, options: &Options) -> Result<Simulated, Box<Diagnostic>> {
+    simulate_watched(program, scenario, options, &Watch::default())
+}
+
+/// The same, while `watch` is told how many rows of a measurement are made.
+///
+/// # Errors
+///
+/// As [`simulate`].
+pub fn simulate_watched(
+    program: &Program,
+    scenario: &Scenario,
+    options: &Options,
+    watch: &Watch,
+) -> Result<Simulated, Box<Diagnostic>> {
     let seed = options.seed.unwrap_or(scenario.seed);
     let mut truth = Truth::new(program, scenario, seed);
     let mut tables = Vec::new();
@@ -63,12 +85,13 @@ pub fn simulate(program: &Program, scenario: &Scenario, options: &Options) -> Re
             program,
             scenario,
             simulation,
-            measurement: &program.measurements[simulation.measurement],
+            measurement: program.measurement(simulation.measurement)?,
             rows: given.map_or(simulation.rows, |(_, rows)| *rows),
             kept: None,
             seed,
             errors: seed,
             exact: options.exact,
+            watch,
         };
         tables.push((simulation.measurement, maker.table(&mut truth)?));
     }
@@ -96,12 +119,13 @@ pub fn simulate_again(
             program,
             scenario,
             simulation,
-            measurement: &program.measurements[*measurement],
-            rows: kept.last().map_or(0, |last| last + 1),
+            measurement: program.measurement(*measurement)?,
+            rows: kept.last().map_or(0, |last| last.saturating_add(1)),
             kept: Some(kept),
             seed: options.seed.unwrap_or(scenario.seed),
             errors,
             exact: options.exact,
+            watch: &Watch::default(),
         };
         tables.push((*measurement, maker.table(&mut truth)?));
     }
@@ -109,9 +133,20 @@ pub fn simulate_again(
 }
 
 /// A table of true readings with the declared errors of the sensors, by a seed. Inputs without a sigma are read as they are.
-#[must_use]
-pub fn with_declared_errors(program: &Program, measurement: usize, exact: &Table, seed: u64) -> Table {
-    let declared = &program.measurements[measurement];
+///
+/// # Errors
+///
+/// Where the program has no such measurement, or the table has not its columns.
+pub fn with_declared_errors(
+    program: &Program,
+    measurement: usize,
+    exact: &Table,
+    seed: u64,
+) -> Result<Table, Box<Diagnostic>> {
+    let declared = program.measurement(measurement)?;
+    exact
+        .fits(declared.keys.len(), declared.inputs.len())
+        .map_err(|error| Box::new(Diagnostic::error(Code::FieldCount, format!("`{}`: {error}", declared.name))))?;
     let of: Vec<_> = declared.inputs.iter().map(|input| (0.0, input.sigma)).collect();
     let stream = |input: &crate::compile::Input| Stream::new(seed, &format!("noise {} {}", declared.name, input.name));
     let mut noise = Noise::new(declared, &of, declared.inputs.iter().map(stream).collect());
@@ -123,7 +158,7 @@ pub fn with_declared_errors(program: &Program, measurement: usize, exact: &Table
         let readings: Vec<f64> = truth.iter().zip(&errors).map(|(truth, error)| truth + error).collect();
         table.push_with(|key| exact.key(row, key), &readings, None);
     }
-    table
+    Ok(table)
 }
 
 /// What makes the rows of one measurement.
@@ -140,6 +175,7 @@ struct Maker<'p> {
     /// of the errors
     errors: u64,
     exact: bool,
+    watch: &'p Watch,
 }
 
 /// A step ready to run.
@@ -200,6 +236,9 @@ impl Maker<'_> {
         let mut before: Option<Vec<&str>> = None;
         let mut readings = vec![0.0; inputs.len()];
         for row in 0..self.rows {
+            if row.is_multiple_of(TOLD) {
+                self.watch.tell(row as u64, self.rows as u64);
+            }
             names.clear();
             names.extend(names_from.iter_mut().map(|(stream, drawn)| stream.name(drawn, row)));
             if before.as_ref() != Some(&names) {
@@ -232,7 +271,7 @@ impl Maker<'_> {
                     return Err(Box::new(self.says(Code::CannotSolve, message)));
                 }
             }
-            table.push(&names, &readings, None);
+            table.put(names.iter().copied(), &readings, None);
         }
         Ok(table)
     }

@@ -11,23 +11,22 @@ pub(super) struct Truth<'p> {
     scenario: &'p Scenario,
     seed: u64,
     known: HashMap<(usize, String), Vec<f64>>,
-    /// members of families in the order of their appearance
-    members: Vec<Vec<String>>,
+    /// members of families, and parameters, in the order of their appearance
+    asked: Vec<(usize, String)>,
 }
 
 impl<'p> Truth<'p> {
     pub(super) fn new(program: &'p Program, scenario: &'p Scenario, seed: u64) -> Self {
-        let members = vec![Vec::new(); program.parameters.len()];
-        Truth { program, scenario, seed, known: HashMap::new(), members }
+        Truth { program, scenario, seed, known: HashMap::new(), asked: Vec::new() }
     }
 
     /// The true numbers of a parameter, or of a member of a family.
     pub(super) fn values(&mut self, parameter: usize, member: &str) -> &[f64] {
         let (program, scenario, seed) = (self.program, self.scenario, self.seed);
-        let of = &program.parameters[parameter];
-        let members = &mut self.members[parameter];
+        let asked = &mut self.asked;
         self.known.entry((parameter, member.to_owned())).or_insert_with(|| {
-            members.push(member.to_owned());
+            let Some(of) = program.parameters.get(parameter) else { return Vec::new() };
+            asked.push((parameter, member.to_owned()));
             let mut values = of.member(member).nominal.clone();
             for (name, distribution) in &scenario.truth {
                 for found in coordinates(&program.parameters, name) {
@@ -48,7 +47,7 @@ impl<'p> Truth<'p> {
         for slot in slots {
             let member = member(slot, names);
             let values = self.values(slot.parameter, &member);
-            leaves[slot.first_leaf..slot.first_leaf + values.len()].copy_from_slice(values);
+            leaves.iter_mut().skip(slot.first_leaf).zip(values).for_each(|(leaf, value)| *leaf = *value);
         }
     }
 
@@ -59,10 +58,10 @@ impl<'p> Truth<'p> {
             if !of.family {
                 self.values(parameter, "");
             }
-            for member in std::mem::take(&mut self.members[parameter]) {
-                for (component, value) in self.values(parameter, &member).to_vec().into_iter().enumerate() {
-                    let value = self.program.units.to_reported(value, of.dimensions[component]);
-                    all.push((full_name(of, &member, component), value));
+            let members = self.asked.iter().filter(|(asked, _)| *asked == parameter);
+            for (values, member) in members.filter_map(|key| Some((self.known.get(key)?, &key.1))) {
+                for (component, (&value, &dimension)) in values.iter().zip(&of.dimensions).enumerate() {
+                    all.push((full_name(of, member, component), self.program.units.to_reported(value, dimension)));
                 }
             }
         }
@@ -76,6 +75,6 @@ pub(super) fn member(slot: &Slot, names: &[&str]) -> String {
 }
 
 fn full_name(of: &Parameter, member: &str, component: usize) -> String {
-    let (name, suffix) = (&of.name, of.shape.suffixes()[component]);
+    let (name, suffix) = (&of.name, of.shape.suffixes().get(component).copied().unwrap_or_default());
     if of.family { format!("{name}[{member}]{suffix}") } else { format!("{name}{suffix}") }
 }

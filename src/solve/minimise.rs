@@ -241,6 +241,9 @@ impl<'a, L: LeastSquares> Search<'a, L> {
             let (mut any_undefined, mut only_undefined, mut likely) = (false, true, true);
             let mut curvature = self.curvature;
             let next = loop {
+                if self.problem.stopped() {
+                    return (state, Status::Interrupted);
+                }
                 if self.trace.len() >= self.settings.max_trials {
                     return (state, Status::MaxTrials);
                 }

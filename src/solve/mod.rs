@@ -40,6 +40,11 @@
 //! A Jacobian that is singular at one point only (x² at 0) has invisible directions there and none beside it. It has no
 //! family, and no datum step is made ([`Datum::Isolated`]).
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "vectors are as long as the information matrix has columns, which each entry has made sure of"
+)]
+
 mod conic;
 mod constraint;
 mod datum;

@@ -70,6 +70,11 @@ pub trait LeastSquares {
         (vec![f64::NEG_INFINITY; self.dimension()], vec![f64::INFINITY; self.dimension()])
     }
 
+    /// Whether the search shall end where it is; asked at every iteration. By default it never shall.
+    fn stopped(&self) -> bool {
+        false
+    }
+
     /// Conditions beside the bounds, linearised at q; always the same ones in the same order. By default there are none.
     ///
     /// # Errors

@@ -59,6 +59,10 @@ impl<L: LeastSquares> Search<'_, L> {
             if length == 0.0 {
                 return Datum::Nearest;
             }
+            if self.problem.stopped() {
+                *status = Status::Interrupted;
+                return Datum::Unsettled;
+            }
             if self.trace.len() >= self.settings.max_trials {
                 *status = Status::MaxTrials;
                 return Datum::Unsettled;

@@ -24,11 +24,13 @@ pub enum Status {
     Undefined,
     /// Failed: a decomposition did not converge.
     Breakdown,
+    /// Failed: somebody asked to stop. The point is the best so far.
+    Interrupted,
 }
 
 impl Status {
     /// Every status.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Gradient,
         Self::Step,
         Self::Cost,
@@ -37,6 +39,7 @@ impl Status {
         Self::Stalled,
         Self::Undefined,
         Self::Breakdown,
+        Self::Interrupted,
     ];
 
     /// Whether the point is a minimum, as far as first derivatives tell.
@@ -65,6 +68,7 @@ impl Status {
             }
             Self::Undefined => ("undefined", "not converged: every step leads to where the residuals are undefined"),
             Self::Breakdown => ("breakdown", "not converged: a matrix decomposition failed"),
+            Self::Interrupted => ("interrupted", "not converged: interrupted, and these are the best values so far"),
         }
     }
 }

@@ -47,8 +47,8 @@ pub(super) fn efficiency(loss: &Loss, m: usize) -> f64 {
     ends.sort_by(f64::total_cmp);
 
     let [mut whole, mut mean, mut square] = [0.0; 3];
-    for panel in ends.windows(2) {
-        let (centre, half) = (0.5 * (panel[0] + panel[1]), 0.5 * (panel[1] - panel[0]));
+    for (begin, end) in ends.iter().zip(ends.iter().skip(1)) {
+        let (centre, half) = (0.5 * (begin + end), 0.5 * (end - begin));
         for (node, share) in NODES.iter().flat_map(|(node, share)| [(-node, share), (*node, share)]) {
             let u = centre + half * node;
             let (weight, share) = (loss.weight(u * u), share * half * density(u));

@@ -244,6 +244,7 @@ impl Kernel {
         Kernel::Danish,
     ];
 
+    #[allow(clippy::indexing_slicing, reason = "the table has a row for each kernel, in their order")]
     fn row(self) -> &'static Row {
         &TABLE[self as usize]
     }

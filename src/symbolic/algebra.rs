@@ -33,12 +33,13 @@ impl Algebra<'_> {
 
     /// The axis, and whether backwards, where a vector is a coordinate axis.
     fn basis(&self, v: Vector) -> Option<(Axis, bool)> {
-        let numbers = self.constants(v)?;
-        Axis::ALL.into_iter().find_map(|axis| {
-            let own = numbers[axis.index()];
-            let alone = Axis::ALL.iter().all(|other| *other == axis || numbers[other.index()] == 0.0);
-            (alone && own.abs() == 1.0).then_some((axis, own < 0.0))
-        })
+        let (axis, own) = match self.constants(v)? {
+            [own, 0.0, 0.0] => (Axis::X, own),
+            [0.0, own, 0.0] => (Axis::Y, own),
+            [0.0, 0.0, own] => (Axis::Z, own),
+            _ => return None,
+        };
+        (own.abs() == 1.0).then_some((axis, own < 0.0))
     }
 
     /// s and v, where a vector is s v.
@@ -196,9 +197,7 @@ impl Algebra<'_> {
 
     /// A coordinate axis.
     pub(crate) fn axis(&mut self, axis: Axis) -> Vector {
-        let mut numbers = [0.0; 3];
-        numbers[axis.index()] = 1.0;
-        self.graph.constant_vector(numbers)
+        self.graph.constant_vector(Axis::ALL.map(|other| if other == axis { 1.0 } else { 0.0 }))
     }
 
     pub(crate) fn component(&mut self, v: Vector, axis: Axis) -> Scalar {

@@ -211,20 +211,16 @@ impl<'g> Writer<'g> {
 
     /// A rotation by its columns: the language has it by its quaternion, of which one component is ½√(1 + tr R).
     fn columns(&self, columns: [Vector; 3]) -> Expr {
-        let entry = |v: Vector, i: usize| match self.graph.node(v.0) {
-            Node::Vector(x, y, z) => self.graph.value([x, y, z][i]),
+        let numbers = |v: Vector| match self.graph.node(v.0) {
+            Node::Vector(x, y, z) => {
+                Some(nalgebra::Vector3::new(self.graph.value(x)?, self.graph.value(y)?, self.graph.value(z)?))
+            }
             _ => None,
         };
-        let mut m = [[0.0; 3]; 3];
-        for (j, column) in columns.into_iter().enumerate() {
-            for (i, row) in m.iter_mut().enumerate() {
-                match entry(column, i) {
-                    Some(value) => row[j] = value,
-                    None => return call("columns", columns.iter().map(|v| self.vector(*v)).collect()),
-                }
-            }
-        }
-        let m = nalgebra::Rotation3::from_matrix_unchecked(nalgebra::Matrix3::from_fn(|i, j| m[i][j]));
+        let [Some(x), Some(y), Some(z)] = columns.map(numbers) else {
+            return call("columns", columns.iter().map(|v| self.vector(*v)).collect());
+        };
+        let m = nalgebra::Rotation3::from_matrix_unchecked(nalgebra::Matrix3::from_columns(&[x, y, z]));
         let q = nalgebra::UnitQuaternion::from_rotation_matrix(&m);
         call("quaternion", vec![number(q.w), number(q.i), number(q.j), number(q.k)])
     }

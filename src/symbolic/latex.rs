@@ -116,11 +116,13 @@ impl Typesetter<'_> {
                 let (x, q) = (self.at(x, Level::Atom), self.write(q).0);
                 (format!(r"\frac{{\partial {x}}}{{\partial {q}}}"), Level::Atom)
             }
-            ("rotation_x" | "rotation_y" | "rotation_z", _) => {
-                applied(&format!(r"\mathbf{{R}}_{{{}}}", &function["rotation_".len()..]))
-            }
+            ("rotation_x", _) => applied(r"\mathbf{R}_{x}"),
+            ("rotation_y", _) => applied(r"\mathbf{R}_{y}"),
+            ("rotation_z", _) => applied(r"\mathbf{R}_{z}"),
             ("sin" | "cos" | "tan" | "exp", _) => applied(&format!(r"\{function}")),
-            ("asin" | "acos" | "atan", _) => applied(&format!(r"\arc{}", &function[1..])),
+            ("asin", _) => applied(r"\arcsin"),
+            ("acos", _) => applied(r"\arccos"),
+            ("atan", _) => applied(r"\arctan"),
             ("log", _) => applied(r"\ln"),
             _ => applied(&format!(r"\operatorname{{{}}}", escaped(function))),
         }
@@ -162,6 +164,12 @@ const GREEK: &[&str] = &[
     "pi", "rho", "sigma", "tau", "phi", "chi", "psi", "omega",
 ];
 
+/// All Greek letters in their order; omicron is set as the letter that it looks like.
+const ALPHABET: &[&str] = &[
+    "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu", "nu", "xi",
+    "o", "pi", "rho", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega",
+];
+
 /// Whether a name is set upright: more than a letter and its number.
 fn is_word(name: &str) -> bool {
     !GREEK.contains(&name) && name.trim_end_matches(|c: char| c.is_ascii_digit()).chars().count() > 1
@@ -173,7 +181,7 @@ fn symbol(name: &str) -> String {
         Some((stem, below)) if !stem.is_empty() && !below.is_empty() => (stem, Some(below.to_owned())),
         _ => {
             let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
-            let number = &name[stem.len()..];
+            let number = name.strip_prefix(stem).unwrap_or_default();
             match stem.is_empty() {
                 true => (name, None),
                 false => (stem, (!number.is_empty()).then(|| number.to_owned())),
@@ -223,8 +231,7 @@ pub(crate) fn escaped(text: &str) -> String {
                 // final sigma shares its letter
                 let place = c as usize - 'α' as usize;
                 let place = if place > 17 { place - 1 } else { place };
-                let letters = [&GREEK[..14], &["o"], &GREEK[14..18], &["upsilon"], &GREEK[18..]].concat();
-                let name = letters.get(place).copied().unwrap_or("omega");
+                let name = ALPHABET.get(place).copied().unwrap_or("omega");
                 out.push_str(&if name == "o" { "o".to_owned() } else { format!(r"\ensuremath{{\{name}}}") });
             }
             c => out.push(c),

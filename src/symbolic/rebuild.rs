@@ -1,6 +1,6 @@
 //! Copies of graphs, simplified on the way.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use super::algebra::Algebra;
 use crate::graph::{Graph, Node, NodeId, Scalar};
@@ -13,17 +13,19 @@ pub(crate) fn rebuilt(from: &Graph, wanted: &[NodeId], leaves: &[(Scalar, f64)])
     for (leaf, value) in leaves {
         to.insert(leaf.0, graph.constant(*value).0);
     }
-    let mut needed = vec![false; from.len()];
-    wanted.iter().for_each(|&id| needed[id as usize] = true);
-    for id in (0..needed.len()).rev() {
-        if needed[id] {
-            from.node(id as NodeId).operands(|operand| needed[operand as usize] = true);
-        }
+    // operands have smaller numbers: from the last down, each is needed before it is gone to
+    let mut needed: BTreeSet<NodeId> = wanted.iter().copied().collect();
+    let mut order = Vec::new();
+    while let Some(id) = needed.pop_last() {
+        order.push(id);
+        from.node(id).operands(|operand| {
+            needed.insert(operand);
+        });
     }
-    for id in (0..needed.len()).filter(|&id| needed[id]).map(|id| id as NodeId) {
+    for id in order.into_iter().rev() {
         if !to.contains_key(&id) {
-            // operands have smaller numbers, and are there
-            let node: Node = from.node(id).mapped(|operand| to[&operand]);
+            // operands came before, and are there
+            let node: Node = from.node(id).mapped(|operand| to.get(&operand).copied().unwrap_or(operand));
             let made = Algebra { graph: &mut graph }.remake(node);
             to.insert(id, made);
         }

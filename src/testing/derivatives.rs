@@ -150,8 +150,7 @@ fn some(block: &Block, wanted: impl Fn(usize) -> bool) -> Table {
     let keys = block.measurement.keys.len();
     let mut table = Table::new(keys, block.table.width());
     for row in (0..block.table.rows()).filter(|row| wanted(*row)).take(ROWS) {
-        let names: Vec<&str> = (0..keys).map(|key| block.table.key(row, key)).collect();
-        table.push(&names, &block.table.row(row), None);
+        table.push_with(|key| block.table.key(row, key), &block.table.row(row), None);
     }
     table
 }

@@ -51,6 +51,8 @@
 //! # }
 //! ```
 
+#![allow(clippy::indexing_slicing, reason = "rows and parameters are numbered by the problem under test")]
+
 mod chains;
 mod derivatives;
 mod fits;
@@ -102,6 +104,7 @@ fn said(mistakes: &Diagnostics) -> String {
 
 /// What a check found is what an assertion panics with.
 #[track_caller]
+#[allow(clippy::panic, reason = "an assertion that fails says so")]
 fn demand<T>(found: Result<T, String>) -> T {
     match found {
         Ok(found) => found,

@@ -55,7 +55,7 @@ pub fn readings(program: &Program, measurement: usize) -> BoxedStrategy<Reading>
         };
         return (any::<u32>(), 0..ROWS).prop_filter_map("the scenario has no such row", row).boxed();
     }
-    let Ranges { keys, inputs } = Ranges::of(program, measurement);
+    let Ranges { keys, inputs } = Ranges::of(program, &program.measurements[measurement]);
     let names: Vec<BoxedStrategy<String>> = keys.into_iter().map(|all| prop::sample::select(all).boxed()).collect();
     let shares = prop::collection::vec(-1.0..=1.0f64, inputs.len());
     let row = move |(keys, shares): (Vec<String>, Vec<f64>)| {

@@ -65,14 +65,19 @@ impl Dimension {
 
     /// The first power of a base dimension.
     pub const fn of(base: Base) -> Dimension {
-        let mut halves = [0; 5];
-        halves[base as usize] = 2;
+        let halves = match base {
+            Base::Length => [2, 0, 0, 0, 0],
+            Base::Angle => [0, 2, 0, 0, 0],
+            Base::Time => [0, 0, 2, 0, 0],
+            Base::Mass => [0, 0, 0, 2, 0],
+            Base::Temperature => [0, 0, 0, 0, 2],
+        };
         Dimension { halves }
     }
 
-    /// Twice the exponent of `base`.
-    pub fn halves(self, base: Base) -> i8 {
-        self.halves[base as usize]
+    /// Twice the exponent of each [`Base`], in the order of [`Base::ALL`].
+    pub fn halves(self) -> [i8; 5] {
+        self.halves
     }
 
     /// The dimension of a product.
@@ -114,9 +119,9 @@ impl Dimension {
 
     /// The same with angles taken for the plain numbers they are.
     #[must_use]
-    pub fn without_angle(mut self) -> Dimension {
-        self.halves[Base::Angle as usize] = 0;
-        self
+    pub fn without_angle(self) -> Dimension {
+        let [length, _, time, mass, temperature] = self.halves;
+        Dimension { halves: [length, 0, time, mass, temperature] }
     }
 
     /// Whether both are equal when angles are taken for plain numbers, as an arc is a radius times an angle.

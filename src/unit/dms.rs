@@ -31,8 +31,18 @@ pub enum DmsError {
     NoMark(&'static str, char),
 }
 
-const FIELDS: [&str; 3] = ["degrees", "minutes", "seconds"];
-const MARKS: [char; 3] = ['°', '\'', '"'];
+/// A field of an angle: its name, the mark that ends it, other marks that may, and how many seconds of arc one of it is.
+struct Field {
+    name: &'static str,
+    mark: char,
+    others: &'static [&'static str],
+    seconds: f64,
+}
+
+const DEGREES: Field = Field { name: "degrees", mark: '°', others: &[], seconds: 3600.0 };
+const MINUTES: Field = Field { name: "minutes", mark: '\'', others: &["′"], seconds: 60.0 };
+const SECONDS: Field = Field { name: "seconds", mark: '"', others: &["″", "''"], seconds: 1.0 };
+const FIELDS: [Field; 3] = [DEGREES, MINUTES, SECONDS];
 
 /// Reads an angle in degrees, minutes and seconds, or degrees and minutes, and gives radians.
 ///
@@ -70,25 +80,17 @@ pub fn parse_dms(text: &str) -> Result<f64, DmsError> {
 pub fn scan_marked(text: &str) -> Result<(usize, f64), DmsError> {
     let mut fields: Vec<&str> = Vec::new();
     let mut rest = text;
-    for (index, name) in FIELDS.into_iter().enumerate() {
+    for field in FIELDS {
         let end = rest.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(rest.len());
-        if end == 0 && index > 0 {
+        if end == 0 && !fields.is_empty() {
             break;
         }
-        let (field, marked) = rest.split_at(end);
-        fields.push(field);
-        rest = strip_mark(marked, index).ok_or(DmsError::NoMark(name, MARKS[index]))?;
+        let (digits, marked) = rest.split_at(end);
+        fields.push(digits);
+        let other = || field.others.iter().find_map(|mark| marked.strip_prefix(mark));
+        rest = marked.strip_prefix(field.mark).or_else(other).ok_or(DmsError::NoMark(field.name, field.mark))?;
     }
     Ok((text.len() - rest.len(), seconds(&fields)? / 3600.0))
-}
-
-/// Takes the mark that ends field `index`.
-fn strip_mark(text: &str, index: usize) -> Option<&str> {
-    match index {
-        0 => text.strip_prefix('°'),
-        1 => text.strip_prefix(['\'', '′']),
-        _ => text.strip_prefix(['"', '″']).or_else(|| text.strip_prefix("''")),
-    }
 }
 
 /// The fields between the separators; the first character that is none of a number's says which separator it is.
@@ -98,7 +100,7 @@ fn split<'a>(unsigned: &'a str, text: &str) -> Result<Vec<&'a str>, DmsError> {
         None => Err(DmsError::NoMinutes(text.to_owned())),
         Some(c) if c.is_whitespace() => Ok(unsigned.split_whitespace().collect()),
         Some(c @ ('-' | ':' | '−')) => Ok(unsigned.split(c).collect()),
-        Some(_) => Err(DmsError::NotANumber(FIELDS[0], unsigned.to_owned())),
+        Some(_) => Err(DmsError::NotANumber(DEGREES.name, unsigned.to_owned())),
     }
 }
 
@@ -108,22 +110,26 @@ fn seconds(fields: &[&str]) -> Result<f64, DmsError> {
         return Err(DmsError::TooMany(fields.join("-")));
     }
     let mut total = 0.0;
-    for (index, (field, name)) in fields.iter().zip(FIELDS).enumerate() {
+    let mut rest = fields.iter().zip(FIELDS).peekable();
+    let mut first = true;
+    while let Some((field, Field { name, seconds, .. })) = rest.next() {
         if field.is_empty() {
             return Err(DmsError::EmptyField(name));
         }
         let plain = field.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
         let value = field.parse::<f64>().ok().filter(|value| plain && value.is_finite());
         let value = value.ok_or_else(|| DmsError::NotANumber(name, (*field).to_owned()))?;
-        if index > 0 && value >= 60.0 {
+        if !std::mem::take(&mut first) && value >= 60.0 {
             return Err(DmsError::Sixty(name, (*field).to_owned()));
         }
-        if index + 1 < fields.len() && field.contains('.') {
-            return Err(DmsError::Decimals(name, (*field).to_owned(), FIELDS[index + 1]));
+        if let Some((_, next)) = rest.peek()
+            && field.contains('.')
+        {
+            return Err(DmsError::Decimals(name, (*field).to_owned(), next.name));
         }
-        total += value * [3600.0, 60.0, 1.0][index];
+        total += value * seconds;
     }
-    if total.is_finite() { Ok(total) } else { Err(DmsError::NotANumber(FIELDS[0], fields.join("-"))) }
+    if total.is_finite() { Ok(total) } else { Err(DmsError::NotANumber(DEGREES.name, fields.join("-"))) }
 }
 
 #[cfg(test)]

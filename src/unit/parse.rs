@@ -49,10 +49,9 @@ impl Unit {
         let mut rest = text;
         let mut divide = false;
         loop {
-            let symbol = leading_symbol(rest, true);
+            let (symbol, after) = leading_symbol(rest, true);
             let entry = find(symbol).ok_or_else(|| UnknownUnit::new(if symbol.is_empty() { text } else { symbol }))?;
-            let length = product.read(entry, &rest[symbol.len()..], divide);
-            rest = &rest[symbol.len() + length.ok_or_else(|| UnknownUnit::new(text))?..];
+            rest = product.read(entry, after, divide).ok_or_else(|| UnknownUnit::new(text))?;
             if rest.is_empty() {
                 return product.unit().ok_or_else(|| UnknownUnit::new(text));
             }
@@ -65,26 +64,24 @@ impl Unit {
     /// A further factor counts only where its whole symbol is a unit and no `(`, `[` or `.name` follows it: `mm/x` and
     /// `mm/s.x` begin with the unit `mm`.
     pub fn prefix(text: &str) -> Result<(usize, Unit), UnknownUnit> {
-        let symbol = leading_symbol(text, false);
+        let (symbol, after) = leading_symbol(text, false);
         let first = find(symbol).ok_or_else(|| UnknownUnit::new(symbol))?;
         let mut product = Product::ONE;
-        let mut end = symbol.len();
-        let refuse = |end: usize| {
-            let length = text[end..].find(|c: char| !is_exponent(c)).unwrap_or(text.len() - end);
-            UnknownUnit { symbol: text[..end + length].to_owned(), suggestion: None }
+        // all but what follows the exponent
+        let refuse = |after: &str| {
+            let rest = after.trim_start_matches(is_exponent);
+            UnknownUnit { symbol: text.strip_suffix(rest).unwrap_or(text).to_owned(), suggestion: None }
         };
-        end += product.read(first, &text[end..], false).ok_or_else(|| refuse(end))?;
-        while let Some((divide, rest)) = strip_operator(&text[end..]) {
-            let symbol = leading_symbol(rest, false);
-            let after = &rest[symbol.len()..];
+        let mut rest = product.read(first, after, false).ok_or_else(|| refuse(after))?;
+        while let Some((divide, further)) = strip_operator(rest) {
+            let (symbol, after) = leading_symbol(further, false);
             let Some(entry) = find(symbol).filter(|_| !continues_name(after)) else {
                 break;
             };
-            let start = text.len() - after.len();
-            end = start + product.read(entry, after, divide).ok_or_else(|| refuse(start))?;
+            rest = product.read(entry, after, divide).ok_or_else(|| refuse(after))?;
         }
-        let unit = product.unit().ok_or_else(|| refuse(end))?;
-        Ok((end, unit))
+        let unit = product.unit().ok_or_else(|| refuse(rest))?;
+        Ok((text.len() - rest.len(), unit))
     }
 }
 
@@ -102,10 +99,10 @@ struct Product {
 impl Product {
     const ONE: Product = Product { scale: Scale::ONE, dimension: Some(Dimension::NUMBER) };
 
-    /// Takes in a factor with the exponent at the start of `after`; gives the length of that exponent, `None` where the
+    /// Takes in a factor with the exponent at the start of `after`; gives what follows that exponent, `None` where the
     /// exponent is no multiple of a half or too large.
-    fn read(&mut self, entry: &Entry, after: &str, divide: bool) -> Option<usize> {
-        let (length, exponent) = leading_exponent(after);
+    fn read<'t>(&mut self, entry: &Entry, after: &'t str, divide: bool) -> Option<&'t str> {
+        let (exponent, rest) = leading_exponent(after);
         let halves = 2.0 * if divide { -exponent } else { exponent };
         if halves.fract() != 0.0 || halves.abs() > f64::from(i8::MAX) {
             return None;
@@ -113,7 +110,7 @@ impl Product {
         self.scale = self.scale.times(entry, halves as i8);
         let power = entry.dimension.pow(halves / 2.0);
         self.dimension = self.dimension.zip(power).and_then(|(product, power)| product.checked_mul(power));
-        Some(length)
+        Some(rest)
     }
 
     fn unit(&self) -> Option<Unit> {
@@ -122,38 +119,38 @@ impl Product {
     }
 }
 
-/// The symbol at the start: a word, a mark such as `°` (with what is stuck to it, as in `°C`), or `1` where that may be.
-fn leading_symbol(text: &str, one: bool) -> &str {
+/// The symbol at the start, and what follows it: a word, a mark such as `°` (with what is stuck to it, as in `°C`), or `1` where
+/// that may be.
+fn leading_symbol(text: &str, one: bool) -> (&str, &str) {
     let mut characters = text.chars();
     let is_word = |c: char| is_letter(c) || c.is_ascii_digit();
-    match characters.next() {
-        Some('1') if one => &text[..1],
-        Some(c) if is_mark(c) && !characters.clone().next().is_some_and(is_letter) => &text[..c.len_utf8()],
-        Some(c) if starts_unit(c) => {
-            let rest = characters.as_str();
-            let end = rest.find(|c| !is_word(c)).unwrap_or(rest.len());
-            &text[..c.len_utf8() + end]
-        }
-        _ => "",
-    }
+    let rest = match characters.next() {
+        Some('1') if one => characters.as_str(),
+        Some(c) if is_mark(c) && !characters.clone().next().is_some_and(is_letter) => characters.as_str(),
+        Some(c) if starts_unit(c) => characters.as_str().trim_start_matches(is_word),
+        _ => text,
+    };
+    text.split_at(text.len() - rest.len())
 }
 
-/// The exponent at the start, `^2`, `^-1`, `^0.5`: its length and value. Without one, length 0 and value 1.
-fn leading_exponent(text: &str) -> (usize, f64) {
+/// The exponent at the start, `^2`, `^-1`, `^0.5`: its value, and what follows it. Without one, the value is 1.
+fn leading_exponent(text: &str) -> (f64, &str) {
     let Some(after) = text.strip_prefix('^') else {
-        return (0, 1.0);
+        return (1.0, text);
     };
     let unsigned = after.strip_prefix(['-', '−']).unwrap_or(after);
-    let digits = |text: &str| text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
-    let whole = digits(unsigned);
-    if whole == 0 {
-        return (0, 1.0);
-    }
-    let fraction = unsigned[whole..].strip_prefix('.').map_or(0, digits);
-    let end = if fraction == 0 { whole } else { whole + 1 + fraction };
-    let size = unsigned[..end].parse().unwrap_or(f64::INFINITY);
-    let value = if unsigned.len() < after.len() { -size } else { size };
-    (text.len() - unsigned.len() + end, value)
+    let after_digits = |text: &str| -> Option<usize> {
+        let rest = text.trim_start_matches(|c: char| c.is_ascii_digit());
+        (rest.len() < text.len()).then_some(rest.len())
+    };
+    let Some(after_whole) = after_digits(unsigned) else {
+        return (1.0, text);
+    };
+    let (_, fraction) = unsigned.split_at(unsigned.len() - after_whole);
+    let left = fraction.strip_prefix('.').and_then(after_digits).unwrap_or(after_whole);
+    let (size, rest) = unsigned.split_at(unsigned.len() - left);
+    let size = size.parse().unwrap_or(f64::INFINITY);
+    (if unsigned.len() < after.len() { -size } else { size }, rest)
 }
 
 /// Takes `*` (also `·`, `×`) or `/` from the start: whether it divides, and the rest.

@@ -29,6 +29,9 @@ const MILLIGON: f64 = 1.570_796_326_794_896_6e-5; // π/200 000
 const ARCMINUTE: f64 = 2.908_882_086_657_216e-4; // π/10 800
 const ARCSECOND: f64 = 4.848_136_811_095_36e-6; // π/648 000
 
+/// A plain number.
+pub(super) const ONE: Entry = entry("1", "one", Dimension::NUMBER, 1.0, 0);
+
 /// Every unit, by what it measures. A row added here is known everywhere.
 pub const TABLE: &[Entry] = &{
     use Dimension as D;
@@ -66,7 +69,7 @@ pub const TABLE: &[Entry] = &{
         entry("kg", "kilogram", D::MASS, 1.0, 0),
         entry("g", "gram", D::MASS, 1.0, -3),
         entry("K", "kelvin", D::TEMPERATURE, 1.0, 0),
-        entry("1", "one", D::NUMBER, 1.0, 0),
+        ONE,
         entry("ppm", "part per million", D::NUMBER, 1.0, -6),
         entry("ppb", "part per billion", D::NUMBER, 1.0, -9),
         entry("%", "percent", D::NUMBER, 1.0, -2),
@@ -151,7 +154,7 @@ mod tests {
 
     #[test]
     fn symbols_are_unique_and_in_the_reference() {
-        let reference = include_str!("../model/language.md");
+        let reference = include_str!("../../docs/language.md");
         let start = reference.find("Lengths:").expect("the list of units");
         let list = &reference[start..start + reference[start..].find("`pi`").expect("its end")];
         let mut listed: Vec<&str> = list.split('`').skip(1).step_by(2).flat_map(str::split_whitespace).collect();

@@ -1,6 +1,6 @@
 //! The units of a model, and conversions to and from them.
 
-use super::table::{Scale, find};
+use super::table::{ONE, Scale, find};
 use super::{Base, Dimension, Entry, Unit, UnknownUnit};
 
 /// The model's own unit for every base dimension: what a number without a unit means.
@@ -42,7 +42,7 @@ pub enum UnitsError {
 /// Millimetre, radian, second, kilogram, kelvin.
 impl Default for Units {
     fn default() -> Units {
-        let row = |symbol| find(symbol).unwrap_or(&super::TABLE[0]);
+        let row = |symbol| find(symbol).unwrap_or(&ONE);
         Units { entries: ["mm", "rad", "s", "kg", "K"].map(row) }
     }
 }
@@ -58,14 +58,15 @@ impl Units {
             let symbol = symbol.to_owned();
             return Err(UnitsError::Dimension { symbol, found: entry.dimension, wanted: base });
         }
-        self.entries[base as usize] = entry;
+        let own = self.entries.iter_mut().zip(Base::ALL).filter(|(_, known)| *known == base);
+        own.for_each(|(known, _)| *known = entry);
         Ok(self)
     }
 
     /// The model's unit of `dimension` in SI.
     pub fn factor(&self, dimension: Dimension) -> f64 {
-        let times = |scale: Scale, base: Base| scale.times(self.entries[base as usize], dimension.halves(base));
-        Base::ALL.into_iter().fold(Scale::ONE, times).value()
+        let powers = self.entries.into_iter().zip(dimension.halves());
+        powers.fold(Scale::ONE, |scale, (entry, halves)| scale.times(entry, halves)).value()
     }
 
     /// The unit of `dimension` that phical computes in, in SI: the model's, but the radian for angles.

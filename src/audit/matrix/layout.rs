@@ -1,9 +1,11 @@
 //! Which number of a given matrix is which derivative.
 
+#![deny(clippy::indexing_slicing, reason = "what a file says is only ever looked up")]
+
 use std::collections::HashMap;
 
 use super::read::Given;
-use super::stack::Stack;
+use super::stack::{Equation, Stack};
 use crate::diag::{Code, DataPlace, Diagnostic, Diagnostics, nearest};
 
 /// Ratios to the exact derivatives within this share of each other count for an order of rows.
@@ -34,7 +36,7 @@ pub(super) fn lay(file: &str, given: &Given, exact: &Stack) -> Result<Laid, Diag
     let fits = |count: usize| [exact.parameters, exact.columns.len()].contains(&count);
     let turned = given.names.is_none() && rows != m && width == m && fits(rows);
     let entries: Vec<Vec<f64>> = match turned {
-        true => (0..width).map(|k| given.entries.iter().map(|row| row[k]).collect()).collect(),
+        true => transposed(&given.entries),
         false => given.entries.clone(),
     };
     if turned {
@@ -53,19 +55,26 @@ pub(super) fn lay(file: &str, given: &Given, exact: &Stack) -> Result<Laid, Diag
     notes.extend(words.map(str::to_owned));
     let square = given.names.is_none() && !turned && width == m && fits(m);
     if square {
-        let across: Vec<Vec<f64>> = (0..m).map(|k| entries.iter().map(|row| row[k]).collect()).collect();
+        let across = transposed(&entries);
         let straight: Vec<usize> = (0..m).collect();
         if agreement(&across, &straight, &columns, exact) > 2 * agreement(&entries, &order, &columns, exact) {
             notes = vec!["it is transposed: its rows are the parameters".to_owned()];
             return Ok(Laid { columns, entries: across, notes });
         }
     }
+    let parameters = exact.columns.iter().take(exact.parameters).enumerate();
     let left_out: Vec<&str> =
-        (0..exact.parameters).filter(|j| !columns.contains(j)).map(|j| exact.columns[j].0.as_str()).collect();
+        parameters.filter(|(j, _)| !columns.contains(j)).map(|(_, (name, _))| name.as_str()).collect();
     if !left_out.is_empty() {
         notes.push(format!("it has no column for {}", left_out.join(", ")));
     }
-    Ok(Laid { columns, entries: order.iter().map(|&row| entries[row].clone()).collect(), notes })
+    Ok(Laid { columns, entries: order.iter().filter_map(|&row| entries.get(row)).cloned().collect(), notes })
+}
+
+/// Columns as rows; rows that are shorter than the first have no numbers there.
+fn transposed(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let width = rows.first().map_or(0, Vec::len);
+    (0..width).map(|k| rows.iter().map(|row| row.get(k).copied().unwrap_or(f64::NAN)).collect()).collect()
 }
 
 /// The exact matrix's number of each named column.
@@ -125,10 +134,11 @@ fn orders(exact: &Stack, given: Option<(&str, &Given)>) -> Result<Vec<Order>, Di
     let mut orders = vec![(None, (0..m).collect::<Vec<usize>>())];
     if exact.residuals.len() > 1 && m > exact.residuals.len() {
         // where each equation stands if all rows of the first residual come first
-        let mut sorted: Vec<usize> = (0..m).collect();
-        sorted.sort_by_key(|&k| (exact.equations[k].measurement, exact.equations[k].residual, exact.equations[k].row));
-        let mut order = vec![0; m];
-        sorted.iter().enumerate().for_each(|(stands, &k)| order[k] = stands);
+        let mut sorted: Vec<(usize, &Equation)> = exact.equations.iter().enumerate().collect();
+        sorted.sort_by_key(|(_, equation)| (equation.measurement, equation.residual, equation.row));
+        let mut order: Vec<(usize, usize)> = sorted.into_iter().map(|(k, _)| k).zip(0..).collect();
+        order.sort_unstable();
+        let order = order.into_iter().map(|(_, stands)| stands).collect();
         orders.push((Some("it is ordered by residuals: all rows of data of the first come first"), order));
     }
     Ok(orders)
@@ -137,12 +147,15 @@ fn orders(exact: &Stack, given: Option<(&str, &Given)>) -> Result<Vec<Order>, Di
 fn by_labels(file: &str, given: &Given, exact: &Stack) -> Result<Vec<usize>, Diagnostics> {
     let mut found = Diagnostics::new();
     let mut order = vec![None; exact.equations.len()];
-    let place_of = |k: usize| (exact.equations[k].row, exact.residuals[exact.equations[k].residual].0.as_str());
-    let known: HashMap<(usize, &str), usize> = (0..order.len()).map(|k| (place_of(k), k)).collect();
+    let place_of = |(k, equation): (usize, &Equation)| {
+        let (name, _) = exact.residuals.get(equation.residual)?;
+        Some(((equation.row, name.as_str()), k))
+    };
+    let known: HashMap<(usize, &str), usize> = exact.equations.iter().enumerate().filter_map(place_of).collect();
     for (at, (row, residual)) in given.labels.iter().enumerate() {
         let (Some(row), Some(residual)) = (row, residual) else { continue };
-        match known.get(&(*row, residual.as_str())).copied() {
-            Some(k) if order[k].is_none() => order[k] = Some(at),
+        match known.get(&(*row, residual.as_str())).and_then(|&k| order.get_mut(k)) {
+            Some(free) if free.is_none() => *free = Some(at),
             taken => {
                 let words = if taken.is_some() { "stands twice" } else { "is not among the equations" };
                 let message = format!("the residual `{residual}` of row {} {words}", row + 1);
@@ -162,13 +175,17 @@ fn by_labels(file: &str, given: &Given, exact: &Stack) -> Result<Vec<usize>, Dia
 /// How many entries are alike in size in an order of rows, but for one factor of each residual and column.
 fn agreement(entries: &[Vec<f64>], order: &[usize], columns: &[usize], exact: &Stack) -> usize {
     let scales = exact.scales();
-    let mut ratios = vec![Vec::new(); exact.residuals.len() * columns.len()];
-    for (k, &row) in order.iter().enumerate() {
-        let residual = exact.equations[k].residual;
-        for (at, (given, &column)) in entries[row].iter().zip(columns).enumerate() {
-            let size = exact.entries[k][column].abs();
-            if size > TELLING * scales[residual][column] {
-                ratios[residual * columns.len() + at].push(given.abs() / size);
+    // by residual and given column
+    let mut ratios = vec![vec![Vec::new(); columns.len()]; exact.residuals.len()];
+    for ((equation, exact), &row) in exact.equations.iter().zip(&exact.entries).zip(order) {
+        let (of, given) = (equation.residual, entries.get(row));
+        let (Some(scales), Some(ratios), Some(given)) = (scales.get(of), ratios.get_mut(of), given) else { continue };
+        for ((given, &column), ratios) in given.iter().zip(columns).zip(ratios) {
+            let (Some(size), Some(scale)) = (exact.get(column).map(|size| size.abs()), scales.get(column)) else {
+                continue;
+            };
+            if size > TELLING * scale {
+                ratios.push(given.abs() / size);
             }
         }
     }
@@ -177,5 +194,5 @@ fn agreement(entries: &[Vec<f64>], order: &[usize], columns: &[usize], exact: &S
         let middle = block.get(block.len() / 2).copied().unwrap_or(0.0);
         block.iter().filter(|ratio| (*ratio - middle).abs() <= ALIKE * middle && middle > 0.0).count()
     };
-    ratios.iter_mut().map(alike).sum()
+    ratios.iter_mut().flatten().map(alike).sum()
 }

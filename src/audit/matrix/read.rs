@@ -1,5 +1,7 @@
 //! Matrices from files: CSV of any separator, with or without a heading, or JSON in one of the forms that programs write.
 
+#![deny(clippy::indexing_slicing, reason = "what a file says is only ever looked up")]
+
 use csv::{ReaderBuilder, StringRecord, Trim};
 use serde_json::Value;
 
@@ -86,8 +88,10 @@ fn csv(file: &str, text: &str, found: &mut Diagnostics) -> Given {
     let width = names.as_ref().map_or_else(|| records.first().map_or(0, StringRecord::len), Vec::len);
     let name = |k: usize| names.as_ref().and_then(|all| all.get(k)).cloned().unwrap_or_else(|| (k + 1).to_string());
     // a first column without a name numbers the rows, as tables do that were written with their index
-    let role =
-        |k: usize| names.as_ref().map_or("", |all| if k == 0 && all[k].is_empty() { "index" } else { all[k].as_str() });
+    let role = |k: usize| match names.as_ref().and_then(|all| all.get(k)).map(String::as_str) {
+        Some("") if k == 0 => "index",
+        name => name.unwrap_or_default(),
+    };
     for (row, record) in records.iter().enumerate() {
         let place = |column: Option<usize>, value: Option<&str>| DataPlace {
             file: file.to_owned(),
@@ -121,8 +125,8 @@ fn csv(file: &str, text: &str, found: &mut Diagnostics) -> Given {
         given.labels.push(label);
     }
     let columns = |all: Vec<String>| {
-        let kept = (0..all.len()).filter(|&k| !["index", ROW, RESIDUAL].contains(&role(k)));
-        kept.map(|k| all[k].clone()).collect()
+        let kept = all.into_iter().enumerate().filter(|(k, _)| !["index", ROW, RESIDUAL].contains(&role(*k)));
+        kept.map(|(_, name)| name).collect()
     };
     given.names = names.clone().map(columns);
     given
@@ -145,9 +149,8 @@ fn json(file: &str, text: &str, found: &mut Diagnostics) -> Vec<Sheet> {
     match whole.get("measurements").and_then(Value::as_object) {
         Some(all) => {
             for (name, one) in all {
-                let from = sheets.len();
-                sheets.extend(of_object(file, one, found));
-                sheets[from..].iter_mut().for_each(|sheet| sheet.measurement = Some(name.clone()));
+                let named = |sheet| Sheet { measurement: Some(name.clone()), ..sheet };
+                sheets.extend(of_object(file, one, found).into_iter().map(named));
             }
         }
         None => sheets.extend(of_object(file, &whole, found)),
@@ -245,9 +248,9 @@ impl Given {
         let width = self.names.as_ref().map_or_else(|| self.entries.first().map_or(row.len(), Vec::len), Vec::len);
         let place = |column: Option<usize>| DataPlace {
             row: Some(number),
-            column: column.map(|k| match &self.names {
-                Some(names) if k < names.len() => names[k].clone(),
-                _ => (k + 1).to_string(),
+            column: column.map(|k| {
+                let name = self.names.as_ref().and_then(|names| names.get(k));
+                name.cloned().unwrap_or_else(|| (k + 1).to_string())
             }),
             ..DataPlace::file(file)
         };

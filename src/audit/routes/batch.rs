@@ -127,7 +127,7 @@ fn drawn(program: &Program, measurement: usize, data: Option<&Table>, seed: u64)
         }
         salt += 1;
         let names = named.map_or(own.clone(), |named| names(named, declared, table.rows() % named.rows()));
-        table.push(&names, &point.inputs, None);
+        table.put(names, &point.inputs, None);
     }
     table
 }
@@ -139,7 +139,7 @@ fn names<'t>(table: &'t Table, declared: &Measurement, row: usize) -> Vec<&'t st
 
 fn push(to: &mut Table, declared: &Measurement, from: &Table, row: usize, mut change: impl FnMut(f64) -> f64) {
     let readings: Vec<f64> = from.row(row).iter().map(|&number| change(number)).collect();
-    to.push(&names(from, declared, row), &readings, None);
+    to.put(names(from, declared, row), &readings, None);
 }
 
 /// The rows of a block with other readings.

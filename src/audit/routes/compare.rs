@@ -107,13 +107,17 @@ impl<'p> Residuals<'p> {
 
     /// Whether those of a row have.
     pub(super) fn defined_in(&self, problem: &Problem, block: &Block, row: usize, point: &[f64]) -> bool {
-        self.defined(&block.leaves_of(&problem.layout, point, row), &block.table.row(row))
+        let leaves = block.leaves_of(&problem.layout, point, row);
+        leaves.is_ok_and(|leaves| self.defined(&leaves, &block.table.row(row)))
     }
 
     /// A row by dual numbers, whatever is undefined.
-    pub(super) fn row(&self, problem: &Problem, block: &Block, row: usize, point: &[f64]) -> Row {
+    ///
+    /// # Errors
+    /// Where there is no such row, or the point is not one of the problem.
+    pub(super) fn row(&self, problem: &Problem, block: &Block, row: usize, point: &[f64]) -> Result<Row, Undefined> {
         let columns = self.columns(problem, block, row);
-        let (leaves, inputs) = (block.leaves_of(&problem.layout, point, row), block.table.row(row).to_vec());
+        let (leaves, inputs) = (block.leaves_of(&problem.layout, point, row)?, block.table.row(row).to_vec());
         let (m, all) = (self.measurement.residuals.len(), self.leaves.len());
         // by these alone: what has no derivative by a parameter that is held may have one by all that is free
         let used: Vec<usize> = columns.iter().flat_map(|column| column.leaves.iter().copied()).collect();
@@ -129,7 +133,7 @@ impl<'p> Residuals<'p> {
             }
         }
         let exact = self.merged(&columns, &derivatives);
-        Row { columns, leaves, inputs, values, exact }
+        Ok(Row { columns, leaves, inputs, values, exact })
     }
 
     /// The free coordinates that a row touches, and its inputs.

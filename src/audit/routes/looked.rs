@@ -46,7 +46,7 @@ impl Rounded {
             let block = &batch.problem.blocks[one.block];
             residuals[one.block].row(&batch.problem, block, one.row, &batch.points[one.point])
         };
-        let rows: Vec<Row> = batch.samples.iter().map(row).collect();
+        let rows = batch.samples.iter().map(row).collect::<Result<Vec<Row>, _>>()?;
         let of = |k: usize| &residuals[batch.samples[k].block];
         Ok(Rounded {
             engine: engine(batch, &rows)?,

@@ -144,8 +144,9 @@ pub fn check_routes(
 /// are factors of the residuals alone.
 ///
 /// # Errors
-/// Where the rows cannot be read.
+/// Where the rows cannot be read, or a point has not as many numbers as there are coordinates.
 pub fn check_points(problem: &Problem, points: &[Vec<f64>]) -> Result<Vec<CheckedRoutes>, Undefined> {
+    points.iter().try_for_each(|point| problem.fits(point))?;
     check_batch(&Batch::at(problem, points), 0)
 }
 

@@ -74,6 +74,9 @@ fn descend<L: LeastSquares>(
             if cost == 0.0 {
                 return Ok((point, cost, Status::NothingLeft));
             }
+            if problem.stopped() {
+                return Ok((point, cost, Status::Interrupted));
+            }
             if record.trace.len() >= settings.max_trials {
                 return Ok((point, cost, Status::MaxTrials));
             }

@@ -172,7 +172,7 @@ impl<P: Clone, R: Copy + Ord + std::fmt::Debug> State<P, R> {
             self.search(problem)?;
         }
         match self.keep {
-            Keep::Last(n) if self.determined() && self.kept.len() >= n + LEAVING => {
+            Keep::Last(n) if self.determined() && self.kept.len().saturating_sub(n) >= LEAVING => {
                 self.leave(problem, n).map_err(StartError::Undefined)
             }
             _ => Ok(()),

@@ -48,6 +48,10 @@ impl<L: InRows> LeastSquares for Window<'_, L> {
         Ok((cost, information))
     }
 
+    fn stopped(&self) -> bool {
+        self.problem.stopped()
+    }
+
     fn retract(&self, q: &L::Point, delta: &[f64]) -> L::Point {
         self.problem.retract(q, delta)
     }

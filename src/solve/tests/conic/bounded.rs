@@ -155,7 +155,9 @@ fn nonlinear_problems_meet_the_conditions() {
             return Ok(());
         }
         prop_assert!(solution.status.converged(), "{:?} {:?}", solution.status, solution.trace.last());
-        prop_assert!(solution.kkt <= 1e-8, "{:e} {:?} {:?}", solution.kkt, solution.status, solution.trace.last());
+        // a fall by less than rounding is that of a gradient of its square root
+        let least = if solution.status == Status::Cost { f64::EPSILON.sqrt() } else { 1e-8 };
+        prop_assert!(solution.kkt <= least, "{:e} {:?} {:?}", solution.kkt, solution.status, solution.trace.last());
         Ok(())
     });
     tried.expect("a minimum");
