@@ -1,14 +1,18 @@
 //! Bytes of a file, read ahead and fingerprinted by a thread of their own while those before them are understood.
 
 use std::io::{self, BufRead, Read};
-use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
 use std::thread;
+use std::time::Duration;
 
 use sha2::{Digest, Sha256};
 
 /// Bytes that are read at once, and how often the thread may do so before anything is asked for.
 const PIECE: usize = 1 << 18;
 const AHEAD: usize = 2;
+
+/// How long nobody looks whether it is time to stop.
+const PATIENCE: Duration = Duration::from_millis(50);
 
 /// SHA-256 in hexadecimal digits.
 #[must_use]
@@ -21,8 +25,7 @@ fn hexadecimal(hash: Sha256) -> String {
 }
 
 /// Reads what another reader gives, and takes the fingerprint of it.
-#[derive(Debug)]
-pub(super) struct Ahead {
+pub(super) struct Ahead<'a> {
     /// pieces; the last one is empty and has the fingerprint of all
     from: Receiver<io::Result<(Vec<u8>, Option<String>)>>,
     /// pieces to be filled again
@@ -30,15 +33,21 @@ pub(super) struct Ahead {
     piece: Vec<u8>,
     at: usize,
     fingerprint: Option<String>,
+    stop: Option<&'a dyn Fn() -> bool>,
 }
 
-impl Ahead {
-    pub(super) fn new(input: impl Read + Send + 'static) -> io::Result<Ahead> {
+impl<'a> Ahead<'a> {
+    pub(super) fn new(input: impl Read + Send + 'static) -> io::Result<Self> {
         let (full, from) = sync_channel(AHEAD);
         let (back, empty) = channel();
         // nobody waits for it: it may hang on a terminal where nothing more is typed, and ends when nothing is wanted
         thread::Builder::new().name("reader".to_owned()).spawn(move || read(input, &full, &empty))?;
-        Ok(Ahead { from, back, piece: Vec::new(), at: 0, fingerprint: None })
+        Ok(Ahead { from, back, piece: Vec::new(), at: 0, fingerprint: None, stop: None })
+    }
+
+    /// The same with an end where `stop` says so.
+    pub(super) fn until(self, stop: &'a dyn Fn() -> bool) -> Self {
+        Ahead { stop: Some(stop), ..self }
     }
 
     /// Of all bytes, once the end is reached.
@@ -70,16 +79,23 @@ fn read(mut input: impl Read, full: &SyncSender<io::Result<(Vec<u8>, Option<Stri
     }
 }
 
-impl BufRead for Ahead {
+impl BufRead for Ahead<'_> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
         if self.at == self.piece.len() && self.fingerprint.is_none() {
             // a reader that has gone took nothing with it but a buffer
             let _ = self.back.send(std::mem::take(&mut self.piece));
             self.at = 0;
-            let next = self.from.recv().map_err(|_| io::Error::other("reading has stopped"))?;
+            let next = loop {
+                match self.from.recv_timeout(PATIENCE) {
+                    Ok(next) => break next,
+                    Err(RecvTimeoutError::Timeout) if !self.stop.is_some_and(|stop| stop()) => {}
+                    Err(RecvTimeoutError::Timeout) => return Ok(&[]),
+                    Err(RecvTimeoutError::Disconnected) => return Err(io::Error::other("reading has stopped")),
+                }
+            };
             (self.piece, self.fingerprint) = next?;
         }
-        Ok(&self.piece[self.at..])
+        Ok(self.piece.get(self.at..).unwrap_or_default())
     }
 
     fn consume(&mut self, bytes: usize) {
@@ -87,7 +103,7 @@ impl BufRead for Ahead {
     }
 }
 
-impl Read for Ahead {
+impl Read for Ahead<'_> {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         let read = self.fill_buf()?.read(into)?;
         self.consume(read);

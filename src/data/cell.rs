@@ -17,7 +17,7 @@ pub(super) fn shown(cell: &[u8]) -> String {
     let text = String::from_utf8_lossy(cell.trim_ascii());
     match text.char_indices().nth(MOST) {
         None => text.into_owned(),
-        Some((end, _)) => format!("{}…", &text[..end]),
+        Some((end, _)) => format!("{}…", text.split_at(end).0),
     }
 }
 
@@ -33,7 +33,13 @@ pub(super) fn number(cell: &[u8], unit: &str) -> Result<f64, Wrong> {
 
 /// An angle in degrees, minutes and seconds, as radians.
 pub(super) fn angle(cell: &[u8]) -> Result<f64, Wrong> {
+    /// Characters of an angle; with all digits that count it has about thirty.
+    const LONGEST: usize = 200;
     let text = text(cell)?;
+    if text.len() > LONGEST {
+        let message = format!("`{}` is longer than any angle", shown(cell));
+        return Err(Wrong { code: Code::BadAngle, message, hint: None });
+    }
     parse_dms(text).map_err(|error| Wrong {
         code: Code::BadAngle,
         message: error.to_string(),
@@ -46,16 +52,15 @@ pub(super) fn angle(cell: &[u8]) -> Result<f64, Wrong> {
 
 /// A name.
 pub(super) fn text(cell: &[u8]) -> Result<&str, Wrong> {
-    let cell = cell.trim_ascii();
-    if cell.is_empty() {
-        let message = "the cell is empty".to_owned();
-        return Err(Wrong { code: Code::EmptyCell, message, hint: None });
+    match std::str::from_utf8(cell).map(str::trim) {
+        Ok("") => Err(Wrong { code: Code::EmptyCell, message: "the cell is empty".to_owned(), hint: None }),
+        Ok(text) => Ok(text),
+        Err(_) => Err(Wrong {
+            code: Code::UnreadableFile,
+            message: "the cell is not UTF-8 text".to_owned(),
+            hint: Some("save the file again as UTF-8".to_owned()),
+        }),
     }
-    std::str::from_utf8(cell).map(str::trim).map_err(|_| Wrong {
-        code: Code::UnreadableFile,
-        message: "the cell is not UTF-8 text".to_owned(),
-        hint: Some("save the file again as UTF-8".to_owned()),
-    })
 }
 
 pub(super) fn not_finite(cell: &[u8]) -> Wrong {
@@ -72,7 +77,8 @@ fn not_a_number(cell: &[u8], unit: &str) -> Wrong {
     let number = |text: &str| text.parse::<f64>().is_ok();
     let unit_after = || {
         let at = text.find(|c: char| !matches!(c, '0'..='9' | '+' | '-' | '.'))?;
-        (number(&text[..at]) && Unit::parse(&text[at..]).is_ok()).then_some(())
+        let (value, unit) = text.split_at(at);
+        (number(value) && Unit::parse(unit).is_ok()).then_some(())
     };
     let hint = if number(&text.replacen(',', ".", 1)) {
         Some(format!("a decimal comma? Decimals are written with a point: `{}`", text.replacen(',', ".", 1)))

@@ -10,6 +10,7 @@ use super::intake::Intake;
 use super::lines::Lines;
 use super::records::{Record, Records};
 use super::table::Table;
+use super::watch::{Watch, Watched};
 use crate::compile::Program;
 use crate::diag::{Code, DataPlace, Diagnostic, Diagnostics};
 use crate::model::DataFile;
@@ -48,18 +49,19 @@ pub fn read(
     directory: &Path,
     diagnostics: &mut Diagnostics,
 ) -> Option<Table> {
-    read_files(program, measurement, files, directory, diagnostics).map(|data| data.table)
+    read_files(program, measurement, files, directory, &Watch::default(), diagnostics).map(|data| data.table)
 }
 
-/// The same as [`read`], with what is worth knowing of each file. Every file is read once.
+/// The same as [`read`], with what is worth knowing of each file. Every file is read once; `watch` is told how many of its bytes.
 pub fn read_files(
     program: &Program,
     measurement: usize,
     files: &[DataFile],
     directory: &Path,
+    watch: &Watch,
     diagnostics: &mut Diagnostics,
 ) -> Option<Data> {
-    let declared = &program.measurements[measurement];
+    let declared = program.measurement(measurement).map_err(|found| diagnostics.push(*found)).ok()?;
     let table = Table::new(declared.keys.len(), declared.inputs.len());
     let mut data = Data { table, files: Vec::new() };
     let mut found = Diagnostics::new();
@@ -73,7 +75,11 @@ pub fn read_files(
             continue;
         }
         match File::open(&path) {
-            Ok(open) => data.take(&reading, open, &mut found),
+            Ok(open) => {
+                let length = open.metadata().map_or(0, |of| of.len());
+                let watched = Watched { from: open, read: 0, length, watch: watch.clone() };
+                data.take(&reading, watched, &mut found);
+            }
             Err(error) => found.push(cannot_open(&reading, &error)),
         }
     }
@@ -85,18 +91,39 @@ pub fn read_files(
     (!failed).then_some(data)
 }
 
+/// Reads what is no file as if it were one, with the name that messages give it.
+pub fn read_input(
+    program: &Program,
+    measurement: usize,
+    file: &DataFile,
+    input: impl BufRead,
+    diagnostics: &mut Diagnostics,
+) -> Option<Table> {
+    let declared = program.measurement(measurement).map_err(|found| diagnostics.push(*found)).ok()?;
+    let mut table = Table::new(declared.keys.len(), declared.inputs.len());
+    let mut found = Diagnostics::new();
+    let name = file.file.value.as_str();
+    read_from(&Reading { program, measurement: declared, file, name }, input, &mut table, &mut found);
+    let failed = found.has_errors();
+    diagnostics.extend(found);
+    (!failed).then_some(table)
+}
+
 /// Reads standard input as it comes: `each` is called with a table of the row that came last, and says whether to go on. A
-/// mistake ends it, and so does a last line without its end, which may have lost digits.
+/// mistake ends it, and so does a last line without its end, which may have lost digits. Where `stop` says so nothing more is
+/// waited for.
 pub fn follow(
     program: &Program,
     measurement: usize,
     diagnostics: &mut Diagnostics,
+    stop: &dyn Fn() -> bool,
     each: &mut dyn FnMut(&Table) -> bool,
 ) -> Option<FileRead> {
-    let declared = &program.measurements[measurement];
+    let declared = program.measurement(measurement).map_err(|found| diagnostics.push(*found)).ok()?;
     let file = DataFile { file: STANDARD_INPUT.into(), ..DataFile::default() };
     let reading = Reading { program, measurement: declared, file: &file, name: "standard input" };
-    let mut input = Ahead::new(io::stdin()).map_err(|error| diagnostics.push(unreadable(&reading, &error))).ok()?;
+    let input = Ahead::new(io::stdin()).map_err(|error| diagnostics.push(unreadable(&reading, &error))).ok()?;
+    let mut input = input.until(stop);
     let (empty, mut rows) = (Table::new(declared.keys.len(), declared.inputs.len()), 0);
     let mut table = empty.clone();
     let mut one = |table: &mut Table| {
@@ -106,7 +133,12 @@ pub fn follow(
         table.begin(reading.name);
         more
     };
-    read_rows(&reading, &mut input, &mut table, diagnostics, Some(&mut one));
+    let mut found = Diagnostics::new();
+    read_rows(&reading, &mut input, &mut table, &mut found, Some(&mut one));
+    // what came of a row when it was stopped is nobody's mistake
+    if !stop() {
+        diagnostics.extend(found);
+    }
     let fingerprint = input.fingerprint().unwrap_or_default();
     Some(FileRead { file: STANDARD_INPUT.to_owned(), rows, fingerprint })
 }
@@ -133,8 +165,9 @@ fn cannot_open(reading: &Reading, error: &io::Error) -> Diagnostic {
         io::ErrorKind::NotFound if reading.file.optional => {
             Diagnostic::warning(Code::OptionalAbsent, format!("the optional data file `{name}` is absent"))
         }
-        io::ErrorKind::NotFound => Diagnostic::error(Code::DataFileMissing, format!("there is no file `{name}`"))
-            .hint("paths in a model are relative to the model file"),
+        io::ErrorKind::NotFound => Diagnostic::error(Code::DataFileMissing, format!("there is no file `{name}`")).hint(
+            "paths in a model are relative to the model file, those of the command line to the folder in which it runs",
+        ),
         _ => return unreadable(reading, error),
     };
     found.at_data(DataPlace::file(name))
@@ -208,8 +241,12 @@ pub(super) fn read_rows(
     }
 }
 
-fn unreadable(reading: &Reading, error: &dyn std::error::Error) -> Diagnostic {
+fn unreadable(reading: &Reading, error: &io::Error) -> Diagnostic {
     let message = format!("`{}` cannot be read: {error}", reading.name);
+    if error.kind() == io::ErrorKind::FileTooLarge {
+        let found = Diagnostic::error(Code::TooLong, message).at_data(DataPlace::file(reading.name));
+        return found.hint("a quote may not be closed, or the file is no table");
+    }
     Diagnostic::error(Code::UnreadableFile, message).at_data(DataPlace::file(reading.name))
 }
 
@@ -235,7 +272,7 @@ fn head(lines: &mut impl BufRead, columns: usize) -> io::Result<(Vec<u8>, u8)> {
         if start == 0 && head.starts_with(b"\xef\xbb\xbf") {
             head.drain(..3);
         }
-        let line = head[start..].trim_ascii();
+        let line = head.get(start..).unwrap_or_default().trim_ascii();
         if !line.is_empty() && !line.starts_with(b"#") {
             let delimiter = delimiter(line, columns);
             return Ok((head, delimiter));

@@ -36,8 +36,8 @@ impl Reading<'_> {
         let mut own = Diagnostics::new();
         self.check_declared(&mut own);
         let claims = self.claims(names, line, &mut own);
-        let free: Vec<&str> =
-            (0..names.len()).filter(|at| !claims.contains(&Some(*at))).map(|at| names[at].as_str()).collect();
+        let unclaimed = names.iter().enumerate().filter(|(at, _)| !claims.contains(&Some(*at)));
+        let free: Vec<&str> = unclaimed.map(|(_, name)| name.as_str()).collect();
         let Measurement { keys, inputs, .. } = self.measurement;
         let mut plan = Plan { keys: Vec::new(), inputs: Vec::new() };
         for (key, claim) in keys.iter().zip(&claims) {
@@ -54,7 +54,7 @@ impl Reading<'_> {
                 }
             });
         }
-        for (input, claim) in inputs.iter().zip(&claims[keys.len()..]) {
+        for (input, claim) in inputs.iter().zip(claims.iter().skip(keys.len())) {
             let constant = self.file.constants.entry(&input.name);
             if let (Some(_), Some((name, _))) = (claim, constant) {
                 own.push(self.twice(name));
@@ -99,7 +99,7 @@ impl Reading<'_> {
                             .then(|| "a column that is not used is named `_`".to_owned()),
                     ),
                 );
-            } else if self.file.columns[..at].iter().any(|before| before.value.trim() == text) {
+            } else if self.file.columns.iter().take(at).any(|before| before.value.trim() == text) {
                 let message = format!("the column `{text}` stands twice");
                 found.push(self.in_model(Code::ColumnTwice, message, name));
             }
@@ -118,14 +118,14 @@ impl Reading<'_> {
 
     /// For each key, then each input, which column has its name.
     fn claims(&self, names: &[String], line: Option<usize>, found: &mut Diagnostics) -> Vec<Option<usize>> {
-        let keys = self.measurement.keys.len();
+        let Measurement { keys, inputs, .. } = self.measurement;
+        let keys = keys.iter().map(|key| (key.as_str(), None));
         let mut claims = Vec::new();
-        for (i, wanted) in self.wanted().enumerate() {
-            let mut having = (0..names.len()).filter(|&at| names[at] == wanted);
+        for (wanted, input) in keys.chain(inputs.iter().map(|input| (input.name.as_str(), Some(input)))) {
+            let mut having = names.iter().enumerate().filter(|(_, name)| *name == wanted).map(|(at, _)| at);
             let mut claim = having.next();
             let mut twice = having.next().is_some();
-            if claim.is_none() && i >= keys {
-                let input = &self.measurement.inputs[i - keys];
+            if let (None, Some(input)) = (claim, input) {
                 for (at, name) in names.iter().enumerate() {
                     let Some((_, unit)) = split_unit(name).filter(|(base, _)| *base == wanted) else { continue };
                     twice |= claim.is_some();

@@ -5,6 +5,7 @@ use super::column::Column;
 use super::heading::{Origin, Plan, Reading, unit_name};
 use super::records::Record;
 use super::table::Table;
+use crate::compile::{Input, Program};
 use crate::diag::{Code, DataPlace, Diagnostic, Diagnostics};
 use crate::unit::{Dimension, Unit};
 
@@ -16,40 +17,67 @@ pub(super) struct Intake<'a> {
     reading: &'a Reading<'a>,
     plan: Plan,
     names: Vec<String>,
-    columns: Vec<Column>,
-    units: Vec<String>,
+    inputs: Vec<Cells>,
     /// rows seen, good or not
     count: usize,
     readings: Vec<f64>,
-    /// for each input, whether its column is in radians
-    radians: Vec<bool>,
-    /// for each input, the first reading that is no angle, and its row in the table
-    large: Vec<Option<(f64, usize)>>,
     mistakes: usize,
     /// the first mistake that is counted only
     hidden: Option<(Code, DataPlace)>,
 }
 
+/// How the cells of an input are read.
+struct Cells {
+    column: Column,
+    unit: String,
+    dms: bool,
+    /// whether they are in radians
+    radians: bool,
+    /// the first reading that is no angle, and its row in the table
+    large: Option<(f64, usize)>,
+}
+
 /// No instrument reads more than two turns: such a column is in degrees or gon.
 const LARGEST_ANGLE: f64 = 2.0 * std::f64::consts::TAU;
 
+impl Cells {
+    fn new(program: &Program, input: &Input) -> Self {
+        let radians = Unit { factor: 1.0, dimension: Dimension::ANGLE };
+        Cells {
+            column: Column::new(&program.units, input),
+            unit: unit_name(program, input),
+            dms: input.dms,
+            radians: input.unit == radians && !input.dms,
+            large: None,
+        }
+    }
+
+    /// The reading where the cell is a plain number.
+    fn plain(&self, cell: Option<&str>) -> Option<f64> {
+        if self.dms {
+            return None;
+        }
+        let value: f64 = cell?.trim_ascii().parse().ok()?;
+        Some(self.column.to_internal(value)).filter(|reading| reading.is_finite())
+    }
+
+    /// The reading in internal units, or what is wrong with the cell.
+    fn reading(&self, cell: &[u8]) -> Result<f64, Wrong> {
+        let value = match self.dms {
+            true => cell::angle(cell)?,
+            false => cell::number(cell, &self.unit)?,
+        };
+        let reading = self.column.to_internal(value);
+        if reading.is_finite() { Ok(reading) } else { Err(cell::not_finite(cell)) }
+    }
+}
+
 impl<'a> Intake<'a> {
     pub(super) fn new(reading: &'a Reading<'a>, plan: Plan, names: Vec<String>) -> Self {
-        let inputs = &reading.measurement.inputs;
-        let radians = Unit { factor: 1.0, dimension: Dimension::ANGLE };
-        Intake {
-            reading,
-            plan,
-            names,
-            columns: inputs.iter().map(|input| Column::new(&reading.program.units, input)).collect(),
-            units: inputs.iter().map(|input| unit_name(reading.program, input)).collect(),
-            count: 0,
-            readings: Vec::with_capacity(inputs.len()),
-            radians: inputs.iter().map(|input| input.unit == radians && !input.dms).collect(),
-            large: vec![None; inputs.len()],
-            mistakes: 0,
-            hidden: None,
-        }
+        let inputs: Vec<Cells> =
+            reading.measurement.inputs.iter().map(|input| Cells::new(reading.program, input)).collect();
+        let readings = Vec::with_capacity(inputs.len());
+        Intake { reading, plan, names, inputs, count: 0, readings, mistakes: 0, hidden: None }
     }
 
     /// How many rows there were, good or not.
@@ -65,62 +93,44 @@ impl<'a> Intake<'a> {
             let hint = Some("a decimal comma, a missing value and a missing quote are the usual causes".to_owned());
             return self.mistake(Wrong { code: Code::FieldCount, message, hint }, line, None, found);
         }
-        let before = self.mistakes;
+        let mut wrongs: Vec<(Wrong, usize)> = Vec::new();
         // one check of the row is quicker than one for each cell
         let text = std::str::from_utf8(record.text).unwrap_or_default();
         self.readings.clear();
-        for i in 0..self.plan.inputs.len() {
-            let value = match self.plan.inputs[i] {
-                Origin::Whole(value) => value,
-                Origin::Cell(at) => match self.plain(i, text.get(record.range(at))) {
-                    Some(value) => value,
-                    None => self.reading(i, record.cell(at)).unwrap_or_else(|wrong| {
-                        self.mistake(wrong, line, Some((at, record.cell(at))), found);
-                        0.0
-                    }),
-                },
+        for (cells, origin) in self.inputs.iter().zip(&self.plan.inputs) {
+            let reading = match *origin {
+                Origin::Whole(value) => Ok(value),
+                Origin::Cell(at) => {
+                    let plain = cells.plain(text.get(record.range(at)));
+                    plain.map_or_else(|| cells.reading(record.cell(at)).map_err(|wrong| (wrong, at)), Ok)
+                }
             };
-            self.readings.push(value);
+            self.readings.push(reading.unwrap_or_else(|(wrong, at)| {
+                wrongs.push((wrong, at));
+                0.0
+            }));
         }
-        for k in 0..self.plan.keys.len() {
-            if let Origin::Cell(at) = self.plan.keys[k]
-                && let Err(wrong) = cell::text(record.cell(at))
-            {
+        let keys = self.plan.keys.iter().filter_map(|origin| match origin {
+            Origin::Cell(at) => cell::text(record.cell(*at)).err().map(|wrong| (wrong, *at)),
+            Origin::Whole(_) => None,
+        });
+        wrongs.extend(keys);
+        if !wrongs.is_empty() {
+            for (wrong, at) in wrongs {
                 self.mistake(wrong, line, Some((at, record.cell(at))), found);
             }
-        }
-        if self.mistakes > before {
             return;
         }
-        let name = |k: usize| match &self.plan.keys[k] {
+        let names = self.plan.keys.iter().map(|origin| match origin {
             Origin::Whole(name) => name.as_str(),
             Origin::Cell(at) => cell::text(record.cell(*at)).unwrap_or_default(),
-        };
-        table.push_with(name, &self.readings, Some(line));
-        for (i, reading) in self.readings.iter().enumerate() {
-            if self.radians[i] && reading.abs() > LARGEST_ANGLE && self.large[i].is_none() {
-                self.large[i] = Some((*reading, table.rows() - 1));
+        });
+        table.put(names, &self.readings, Some(line));
+        for (cells, reading) in self.inputs.iter_mut().zip(&self.readings) {
+            if cells.radians && reading.abs() > LARGEST_ANGLE && cells.large.is_none() {
+                cells.large = Some((*reading, table.rows() - 1));
             }
         }
-    }
-
-    /// The reading of input `i` where its cell is a plain number.
-    fn plain(&self, i: usize, cell: Option<&str>) -> Option<f64> {
-        if self.reading.measurement.inputs[i].dms {
-            return None;
-        }
-        let value: f64 = cell?.trim_ascii().parse().ok()?;
-        Some(self.columns[i].to_internal(value)).filter(|reading| reading.is_finite())
-    }
-
-    /// The reading of input `i` in internal units, or what is wrong with the cell.
-    fn reading(&self, i: usize, cell: &[u8]) -> Result<f64, Wrong> {
-        let value = match self.reading.measurement.inputs[i].dms {
-            true => cell::angle(cell)?,
-            false => cell::number(cell, &self.units[i])?,
-        };
-        let reading = self.columns[i].to_internal(value);
-        if reading.is_finite() { Ok(reading) } else { Err(cell::not_finite(cell)) }
     }
 
     fn mistake(&mut self, wrong: Wrong, line: usize, cell: Option<(usize, &[u8])>, found: &mut Diagnostics) {
@@ -129,7 +139,7 @@ impl<'a> Intake<'a> {
             file: self.reading.name.to_owned(),
             line: Some(line),
             row: Some(self.count),
-            column: cell.map(|(at, _)| self.names[at].clone()),
+            column: cell.and_then(|(at, _)| self.names.get(at).cloned()),
             value: cell.map(|(_, value)| cell::shown(value)),
         };
         if self.mistakes > MOST_MISTAKES {
@@ -147,8 +157,8 @@ impl<'a> Intake<'a> {
             let place = DataPlace { column: None, value: None, ..place };
             found.push(Diagnostic::error(code, message).at_data(place));
         }
-        for (input, large) in self.reading.measurement.inputs.iter().zip(&self.large) {
-            let Some((reading, row)) = *large else { continue };
+        for (input, cells) in self.reading.measurement.inputs.iter().zip(&self.inputs) {
+            let Some((reading, row)) = cells.large else { continue };
             let message = format!("the column `{}` reads {reading} rad, more than two turns", input.name);
             let place = DataPlace { column: Some(input.name.clone()), ..table.place(row) };
             let hint = "if it is in degrees or gon, declare `unit: \"deg\"` or `unit: \"gon\"`";

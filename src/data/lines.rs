@@ -1,10 +1,18 @@
 //! Bytes of a file with all lines ended alike, so that lines can be counted.
 
 use std::cell::Cell;
-use std::io::{self, BufRead, Read};
+use std::io::{self, BufRead, Read, Write};
 use std::rc::Rc;
 
-use memchr::memchr;
+use memchr::{memchr, memrchr};
+
+/// Bytes of a line, and of a row that goes over several: what is longer is no table, and would fill the memory.
+pub(super) const MOST_BYTES: usize = 16 << 20;
+
+/// What is said of a line or row beyond that.
+pub(super) fn too_long() -> io::Error {
+    io::Error::new(io::ErrorKind::FileTooLarge, format!("a row is longer than {} MiB", MOST_BYTES >> 20))
+}
 
 /// Reads bytes with `\r\n` and `\r` turned into `\n`, and one at the end where it lacks.
 #[derive(Debug)]
@@ -14,13 +22,15 @@ pub(super) struct Lines<R> {
     after_return: bool,
     /// whether what was given out ends with a line's end
     ended: bool,
+    /// bytes of the line so far
+    length: usize,
     /// whether the last line lacked its end
     cut: Rc<Cell<bool>>,
 }
 
 impl<R: BufRead> Lines<R> {
     pub(super) fn new(from: R) -> Self {
-        Lines { from, after_return: false, ended: true, cut: Rc::default() }
+        Lines { from, after_return: false, ended: true, length: 0, cut: Rc::default() }
     }
 
     /// Says, once the last line is given out, whether it lacked its end.
@@ -31,10 +41,10 @@ impl<R: BufRead> Lines<R> {
 
 impl<R: BufRead> Read for Lines<R> {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-        if into.is_empty() {
+        let room = into.len();
+        if room == 0 {
             return Ok(0);
         }
-        let mut given = 0;
         loop {
             let have = self.from.fill_buf()?;
             if have.is_empty() {
@@ -43,29 +53,35 @@ impl<R: BufRead> Read for Lines<R> {
                 }
                 self.ended = true;
                 self.cut.set(true);
-                into[0] = b'\n';
-                return Ok(1);
+                return (&mut *into).write(b"\n");
             }
-            let mut taken = 0;
-            while taken < have.len() && given < into.len() {
-                if std::mem::take(&mut self.after_return) && have[taken] == b'\n' {
-                    taken += 1;
+            let (mut from, mut to) = (have, &mut *into);
+            while let Some((byte, rest)) = from.split_first()
+                && !to.is_empty()
+            {
+                if std::mem::take(&mut self.after_return) && *byte == b'\n' {
+                    from = rest;
                     continue;
                 }
-                let most = (have.len() - taken).min(into.len() - given);
-                let plain = memchr(b'\r', &have[taken..taken + most]).unwrap_or(most);
-                into[given..given + plain].copy_from_slice(&have[taken..taken + plain]);
-                (taken, given) = (taken + plain, given + plain);
-                if plain < most {
-                    into[given] = b'\n';
+                let near = from.get(..to.len()).unwrap_or(from);
+                let (plain, special) = near.split_at(memchr(b'\r', near).unwrap_or(near.len()));
+                to.write_all(plain)?;
+                from = from.split_at(plain.len()).1;
+                if let (true, Some((_, rest))) = (!special.is_empty(), from.split_first()) {
+                    to.write_all(b"\n")?;
                     self.after_return = true;
-                    (taken, given) = (taken + 1, given + 1);
+                    from = rest;
                 }
             }
+            let (given, taken) = (room - to.len(), have.len() - from.len());
             self.from.consume(taken);
-            if given > 0 {
-                self.ended = into[given - 1] == b'\n';
-                return Ok(given);
+            if let Some(read) = into.get(..given).filter(|read| !read.is_empty()) {
+                self.ended = read.ends_with(b"\n");
+                self.length = match memrchr(b'\n', read) {
+                    Some(end) => given - end - 1,
+                    None => self.length + given,
+                };
+                return if self.length > MOST_BYTES { Err(too_long()) } else { Ok(given) };
             }
         }
     }

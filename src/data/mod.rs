@@ -23,12 +23,14 @@ mod store;
 mod table;
 #[cfg(test)]
 mod tests;
+mod watch;
 mod write;
 
-pub use self::csv::{Data, FileRead, STANDARD_INPUT, follow, read, read_files};
+pub use self::csv::{Data, FileRead, STANDARD_INPUT, follow, read, read_files, read_input};
 pub use ahead::fingerprint;
 pub use column::Column;
-pub use output::{Output, make_directory};
+pub use output::{Output, Written, make_directory};
 pub use rows::{Buffer, Row, Rows};
-pub use table::Table;
+pub use table::{ColumnError, Table};
+pub use watch::Watch;
 pub use write::{write, write_to};

@@ -8,6 +8,8 @@ use std::io::{self, Cursor, Read};
 use csv::{ByteRecord, Reader, ReaderBuilder};
 use memchr::{memchr, memchr_iter, memchr3_iter};
 
+use super::lines::{MOST_BYTES, too_long};
+
 const BUFFER: usize = 1 << 16;
 
 /// The cells of a row.
@@ -26,14 +28,15 @@ impl<'a> Record<'a> {
         self.ends.len()
     }
 
-    /// Where a cell is in the text.
+    /// Where a cell is in the text; at its begin, with nothing in it, where there is none.
     pub(super) fn range(&self, cell: usize) -> std::ops::Range<usize> {
-        let start = if cell == 0 { 0 } else { self.ends[cell - 1] + self.gap };
-        start..self.ends[cell]
+        let before = cell.checked_sub(1).and_then(|before| self.ends.get(before));
+        let start = before.map_or(0, |end| end + self.gap);
+        self.ends.get(cell).map_or(0..0, |&end| start..end)
     }
 
     pub(super) fn cell(&self, cell: usize) -> &'a [u8] {
-        &self.text[self.range(cell)]
+        self.text.get(self.range(cell)).unwrap_or_default()
     }
 
     pub(super) fn cells(self) -> impl Iterator<Item = &'a [u8]> {
@@ -61,7 +64,7 @@ enum Source<R: Read> {
         rest: R,
     },
     Quoted {
-        reader: Box<Reader<io::Chain<Cursor<Vec<u8>>, R>>>,
+        reader: Box<Reader<Rest<R>>>,
         record: ByteRecord,
     },
     /// between the two
@@ -86,7 +89,7 @@ impl<R: Read> Records<R> {
     /// The record that was gone to.
     pub(super) fn record(&self) -> Record<'_> {
         let (text, gap) = match &self.from {
-            Source::Plain { buffer, record, .. } => (&buffer[record.clone()], 1),
+            Source::Plain { buffer, record, .. } => (buffer.get(record.clone()).unwrap_or_default(), 1),
             Source::Quoted { record, .. } => (record.as_slice(), 0),
             Source::Nothing => (&[][..], 0),
         };
@@ -103,18 +106,18 @@ impl<R: Read> Records<R> {
         let Source::Plain { buffer, record, next, rest } = &mut self.from else { return Ok(None) };
         loop {
             self.ends.clear();
-            let ahead = &buffer[*next..];
+            let (_, ahead) = buffer.split_at_checked(*next).unwrap_or_default();
             let mut end = None;
-            if ahead.first() == Some(&b'#') {
+            if ahead.starts_with(b"#") {
                 end = memchr(b'\n', ahead);
             } else {
                 for at in memchr3_iter(self.delimiter, b'\n', b'"', ahead) {
-                    match ahead[at] {
-                        b'\n' => {
+                    match ahead.get(at) {
+                        Some(b'\n') => {
                             end = Some(at);
                             break;
                         }
-                        b'"' => return Ok(None),
+                        Some(b'"') => return Ok(None),
                         _ => self.ends.push(at),
                     }
                 }
@@ -124,17 +127,19 @@ impl<R: Read> Records<R> {
                 *next = 0;
                 let have = buffer.len();
                 buffer.resize((2 * have).max(BUFFER), 0);
-                let read = read_some(rest, &mut buffer[have..]);
+                let (_, room) = buffer.split_at_mut(have);
+                let read = read_some(rest, room);
                 buffer.truncate(have + *read.as_ref().unwrap_or(&0));
                 match read? {
                     0 => return Ok(Some(false)),
                     _ => continue,
                 }
             };
+            let comment = ahead.starts_with(b"#");
             let start = *next;
             *next += end + 1;
             self.lines += 1;
-            if end > 0 && ahead[0] != b'#' {
+            if end > 0 && !comment {
                 self.line = self.lines;
                 self.ends.push(end);
                 *record = start..start + end;
@@ -154,10 +159,12 @@ impl<R: Read> Records<R> {
                 .comment(Some(b'#'))
                 .delimiter(self.delimiter)
                 .buffer_capacity(BUFFER)
-                .from_reader(Cursor::new(buffer).chain(rest));
+                .from_reader(Limited { from: Cursor::new(buffer).chain(rest), left: MOST_BYTES });
             self.from = Source::Quoted { reader: Box::new(reader), record: ByteRecord::new() };
         }
         let Source::Quoted { reader, record } = &mut self.from else { return Ok(false) };
+        // a quote that is never closed makes one row of all that follows
+        reader.get_mut().left = MOST_BYTES;
         if !reader.read_byte_record(record)? {
             return Ok(false);
         }
@@ -165,6 +172,23 @@ impl<R: Read> Records<R> {
         self.ends.extend((0..record.len()).filter_map(|cell| record.range(cell)).map(|range| range.end));
         self.line = self.lines + first_line(record, reader.position().line());
         Ok(true)
+    }
+}
+
+/// What is left to be read once a quote was seen.
+type Rest<R> = Limited<io::Chain<Cursor<Vec<u8>>, R>>;
+
+/// Gives so many bytes at most before it is asked for another row.
+struct Limited<R> {
+    from: R,
+    left: usize,
+}
+
+impl<R: Read> Read for Limited<R> {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let read = self.from.read(into)?;
+        self.left = self.left.checked_sub(read).ok_or_else(too_long)?;
+        Ok(read)
     }
 }
 

@@ -57,23 +57,34 @@ impl<'a> Rows<'a> {
         self.readings
     }
 
-    /// The readings of row `i`, in the order of the measurement's inputs.
+    /// The readings of row `i`, in the order of the measurement's inputs; none of a row that is not among them.
     #[must_use]
     pub fn row(&self, i: usize) -> &'a [f64] {
-        &self.readings[i * self.width..(i + 1) * self.width]
+        piece(self.readings, i, self.width)
     }
 
-    /// For each key column, the number of row `i`'s name among the names of that column.
+    /// For each key column, the number of row `i`'s name among the names of that column; none of a row that is not among them.
     #[must_use]
     pub fn keys(&self, i: usize) -> &'a [u32] {
-        &self.numbers[i * (self.keys + 1)..][..self.keys]
+        self.numbers_of(i).map_or(&[], |(_, keys)| keys)
     }
 
     /// The line of the file on which row `i` begins, where that is known.
     #[must_use]
     pub fn line(&self, i: usize) -> Option<usize> {
-        Some(self.numbers[i * (self.keys + 1) + self.keys] as usize).filter(|&line| line > 0)
+        self.numbers_of(i).map(|(&line, _)| line as usize).filter(|&line| line > 0)
     }
+
+    /// The line of row `i`, and the numbers of its names before it.
+    fn numbers_of(&self, i: usize) -> Option<(&'a u32, &'a [u32])> {
+        piece(self.numbers, i, self.keys + 1).split_last()
+    }
+}
+
+/// Piece `i` of those that are `length` long.
+fn piece<T>(all: &[T], i: usize, length: usize) -> &[T] {
+    let from = i.checked_mul(length);
+    from.and_then(|from| all.get(from..from.checked_add(length)?)).unwrap_or_default()
 }
 
 /// The readings of one row.

@@ -73,10 +73,13 @@ impl Store {
     }
 
     pub(super) fn push(&mut self, readings: &[f64], numbers: impl IntoIterator<Item = u32>) {
-        self.tail.readings.extend_from_slice(readings);
-        self.tail.numbers.extend(numbers);
         self.rows += 1;
-        let bytes = size_of_val(&self.tail.readings[..]) + size_of_val(&self.tail.numbers[..]);
+        let held = self.rows - self.spilled;
+        self.tail.readings.extend_from_slice(readings);
+        self.tail.readings.resize(held * self.width, f64::NAN);
+        self.tail.numbers.extend(numbers);
+        self.tail.numbers.resize(held * self.numbers, 0);
+        let bytes = size_of_val(&*self.tail.readings) + size_of_val(&*self.tail.numbers);
         if bytes >= self.bound && self.refused.is_none() {
             // where nothing can be written, rows stay in memory: they are right there too, only larger
             self.refused = self.spill().err().map(|error| error.to_string());
@@ -105,32 +108,30 @@ impl Store {
     }
 
     fn copied(&self, from: &Files) -> io::Result<Files> {
-        const BUFFER: usize = 1 << 20;
+        const BUFFER: u64 = 1 << 20;
         let to = Files::new()?;
-        let mut buffer = vec![0; BUFFER];
+        let mut buffer = Vec::new();
         for (from, to, end) in [
             (&from.readings, &to.readings, offset::<f64>(self.spilled, self.width)),
             (&from.numbers, &to.numbers, offset::<u32>(self.spilled, self.numbers)),
         ] {
             let mut at = 0;
             while at < end {
-                let piece = &mut buffer[..(end - at).min(BUFFER as u64) as usize];
-                read_at(from, piece, at)?;
-                write_at(to, piece, at)?;
-                at += piece.len() as u64;
+                buffer.resize((end - at).min(BUFFER) as usize, 0);
+                read_at(from, &mut buffer, at)?;
+                write_at(to, &buffer, at)?;
+                at += buffer.len() as u64;
             }
         }
         Ok(to)
     }
 
-    /// Consecutive rows, as they are in memory or else in the buffer.
+    /// Consecutive rows, as they are in memory or else in the buffer. Rows that are not there cannot be read.
     pub(super) fn read<'a>(&'a self, rows: Range<usize>, buffer: &'a mut Buffer) -> io::Result<Rows<'a>> {
-        assert!(rows.start <= rows.end && rows.end <= self.rows, "rows {rows:?} of {}", self.rows);
+        if rows.start > rows.end || rows.end > self.rows {
+            return Err(self.missing(format_args!("{rows:?}")));
+        }
         let (width, numbers) = (self.width, self.numbers);
-        let tail = |rows: Range<usize>| {
-            let (from, to) = (rows.start - self.spilled, rows.end - self.spilled);
-            (&self.tail.readings[from * width..to * width], &self.tail.numbers[from * numbers..to * numbers])
-        };
         let (first, count) = (rows.start, rows.len());
         let (readings, whole) = match &self.files {
             Some(files) if first < self.spilled => {
@@ -142,44 +143,65 @@ impl Store {
                 read_at(&files.readings, cast_slice_mut(readings), offset::<f64>(first, width))?;
                 read_at(&files.numbers, cast_slice_mut(whole), offset::<u32>(first, numbers))?;
                 if there < count {
-                    let (readings, whole) = tail(first + there..rows.end);
+                    let (readings, whole) = self.tail(self.spilled..rows.end)?;
                     more_readings.copy_from_slice(readings);
                     more_numbers.copy_from_slice(whole);
                 }
                 (&buffer.readings[..], &buffer.numbers[..])
             }
-            _ => tail(rows),
+            _ => self.tail(rows)?,
         };
         Ok(Rows { first, count, width, keys: numbers - 1, readings, numbers: whole })
     }
 
+    /// Rows that are in memory.
+    fn tail(&self, rows: Range<usize>) -> io::Result<(&[f64], &[u32])> {
+        let held = || {
+            // so that no product below is too large
+            if rows.end > self.rows {
+                return None;
+            }
+            let (from, to) = (rows.start.checked_sub(self.spilled)?, rows.end.checked_sub(self.spilled)?);
+            let readings = self.tail.readings.get(from * self.width..to * self.width)?;
+            Some((readings, self.tail.numbers.get(from * self.numbers..to * self.numbers)?))
+        };
+        held().ok_or_else(|| self.missing(format_args!("{rows:?}")))
+    }
+
+    fn missing(&self, rows: std::fmt::Arguments<'_>) -> io::Error {
+        io::Error::new(io::ErrorKind::InvalidInput, format!("there are {} rows, and not {rows}", self.rows))
+    }
+
     /// The row, where it is in memory.
     pub(super) fn held(&self, row: usize) -> Option<&[f64]> {
-        assert!(row < self.rows, "row {row} of {}", self.rows);
-        let at = row.checked_sub(self.spilled)?;
-        Some(&self.tail.readings[at * self.width..(at + 1) * self.width])
+        self.tail(row..row.checked_add(1)?).ok().map(|(readings, _)| readings)
     }
 
     /// The row, from its file.
     pub(super) fn fetch(&self, row: usize) -> io::Result<Vec<f64>> {
-        let mut readings = vec![0.0; self.width];
-        if let Some(files) = &self.files {
-            read_at(&files.readings, cast_slice_mut(&mut readings), offset::<f64>(row, self.width))?;
+        match &self.files {
+            Some(files) if row < self.spilled => {
+                let mut readings = vec![0.0; self.width];
+                read_at(&files.readings, cast_slice_mut(&mut readings), offset::<f64>(row, self.width))?;
+                Ok(readings)
+            }
+            _ => Err(self.missing(format_args!("{row}"))),
         }
-        Ok(readings)
     }
 
     /// A whole number of a row.
     pub(super) fn number(&self, row: usize, number: usize) -> io::Result<u32> {
-        assert!(row < self.rows && number < self.numbers, "row {row} of {}", self.rows);
         match &self.files {
-            Some(files) if row < self.spilled => {
+            Some(files) if row < self.spilled && number < self.numbers => {
                 let mut bytes = [0; 4];
                 let at = offset::<u32>(row, self.numbers) + offset::<u32>(number, 1);
                 read_at(&files.numbers, &mut bytes, at)?;
                 Ok(u32::from_ne_bytes(bytes))
             }
-            _ => Ok(self.tail.numbers[(row - self.spilled) * self.numbers + number]),
+            _ => {
+                let (_, numbers) = self.tail(row..row.saturating_add(1))?;
+                numbers.get(number).copied().ok_or_else(|| self.missing(format_args!("{row} with number {number}")))
+            }
         }
     }
 

@@ -21,8 +21,8 @@ const PIECE: usize = 1024;
 /// use phical::data::{Buffer, Table};
 /// let mut table = Table::new(1, 2);
 /// table.begin("front.csv");
-/// table.push(&["a"], &[1.0, 2.0], Some(2));
-/// table.push(&["b"], &[3.0, 4.0], Some(3));
+/// table.push(&["a"], &[1.0, 2.0], Some(2))?;
+/// table.push(&["b"], &[3.0, 4.0], Some(3))?;
 ///
 /// let mut buffer = Buffer::default(); // one for all pieces
 /// let rows = table.read(0..2, &mut buffer)?;
@@ -32,7 +32,7 @@ const PIECE: usize = 1024;
 /// assert_eq!(table.row(1), [3.0, 4.0]);
 /// assert_eq!((table.rows(), table.key(1, 0)), (2, "b"));
 /// assert_eq!((table.place(1).line, table.place(1).row), (Some(3), Some(2)));
-/// # Ok::<(), std::io::Error>(())
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Table {
@@ -41,6 +41,16 @@ pub struct Table {
     store: Store,
     /// each file, and the first row that came from it
     files: Vec<(String, usize)>,
+}
+
+/// A row, or a table, of other columns than the table it is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{} names and {} readings are given to a table of {} key columns and {} inputs", .found.0, .found.1, .wanted.0, .wanted.1)]
+pub struct ColumnError {
+    /// How many names and readings are given.
+    pub found: (usize, usize),
+    /// How many key columns and inputs the table has.
+    pub wanted: (usize, usize),
 }
 
 /// A table without columns and rows.
@@ -70,36 +80,43 @@ impl Table {
 
     /// Adds a row: a name for each key column, a reading for each input, and the line of the file where there is one.
     ///
-    /// # Panics
+    /// # Errors
     ///
-    /// Where there are not as many names and readings as the table has columns.
-    pub fn push(&mut self, keys: &[&str], readings: &[f64], line: Option<usize>) {
-        assert_eq!(
-            (keys.len(), readings.len()),
-            (self.keys.len(), self.width()),
-            "a row has one value for each column"
-        );
-        self.push_with(|k| keys[k], readings, line);
+    /// Where there are not as many names and readings as the table has columns; the table is then as it was.
+    pub fn push(&mut self, keys: &[&str], readings: &[f64], line: Option<usize>) -> Result<(), ColumnError> {
+        self.fits(keys.len(), readings.len())?;
+        self.put(keys.iter().copied(), readings, line);
+        Ok(())
     }
 
     /// Adds a row of which `name` gives the name in each key column, and which has as many readings as the table.
     pub(crate) fn push_with<'k>(&mut self, name: impl Fn(usize) -> &'k str, readings: &[f64], line: Option<usize>) {
+        self.put((0..).map(name), readings, line);
+    }
+
+    /// Adds a row that has been made for this table: were there less than its columns, names would be empty and readings not
+    /// numbers, and what is beyond is left out.
+    pub(crate) fn put<'k>(&mut self, names: impl IntoIterator<Item = &'k str>, readings: &[f64], line: Option<usize>) {
         let line = line.and_then(|line| u32::try_from(line).ok()).unwrap_or(0);
-        let names = self.keys.iter_mut().enumerate().map(|(k, column)| column.intern(name(k)));
-        self.store.push(readings, names.chain([line]));
+        let names = names.into_iter().chain(std::iter::repeat(""));
+        let numbers = self.keys.iter_mut().zip(names).map(|(column, name)| column.intern(name));
+        self.store.push(readings, numbers.chain([line]));
+    }
+
+    /// Whether a row of so many names and readings, or a table of such rows, has the columns of this one.
+    pub(crate) fn fits(&self, keys: usize, inputs: usize) -> Result<(), ColumnError> {
+        let wanted = (self.keys.len(), self.width());
+        if (keys, inputs) == wanted { Ok(()) } else { Err(ColumnError { found: (keys, inputs), wanted }) }
     }
 
     /// Adds the rows of another table of the same columns.
     ///
     /// # Errors
     ///
-    /// Where the other one's temporary file cannot be read.
-    ///
-    /// # Panics
-    ///
-    /// Where the other one has not as many columns.
+    /// Where the other one has not as many columns, or its temporary file cannot be read.
     pub fn append(&mut self, other: &Table) -> io::Result<()> {
-        assert_eq!((self.keys.len(), self.width()), (other.keys.len(), other.width()), "tables of the same columns");
+        self.fits(other.keys.len(), other.width())
+            .map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))?;
         let before = self.rows();
         self.files.extend(other.files.iter().map(|(name, first)| (name.clone(), before + first)));
         let numbers: Vec<Vec<u32>> = self
@@ -113,7 +130,9 @@ impl Table {
             let rows = other.read(first..other.rows().min(first + PIECE), &mut buffer)?;
             for i in 0..rows.len() {
                 let line = rows.line(i).and_then(|line| u32::try_from(line).ok()).unwrap_or(0);
-                let keys = rows.keys(i).iter().zip(&numbers).map(|(&key, numbers)| numbers[key as usize]);
+                let number =
+                    |(&key, numbers): (&u32, &Vec<u32>)| numbers.get(key as usize).copied().unwrap_or(u32::MAX);
+                let keys = rows.keys(i).iter().zip(&numbers).map(number);
                 self.store.push(rows.row(i), keys.chain([line]));
             }
         }
@@ -124,6 +143,12 @@ impl Table {
     #[must_use]
     pub fn rows(&self) -> usize {
         self.store.rows()
+    }
+
+    /// How many key columns there are.
+    #[must_use]
+    pub fn keys(&self) -> usize {
+        self.keys.len()
     }
 
     /// How many readings a row has.
@@ -137,11 +162,8 @@ impl Table {
     ///
     /// # Errors
     ///
-    /// Where the temporary file cannot be read; [`unreadable`](Self::unreadable) says so to the user.
-    ///
-    /// # Panics
-    ///
-    /// Where the table has not all these rows.
+    /// Where the table has not all these rows, or its temporary file cannot be read; [`unreadable`](Self::unreadable) says so
+    /// to the user.
     pub fn read<'a>(&'a self, rows: Range<usize>, buffer: &'a mut Buffer) -> io::Result<Rows<'a>> {
         self.store.read(rows, buffer)
     }
@@ -161,40 +183,46 @@ impl Table {
         Some(Diagnostic::warning(Code::RowsInMemory, message).hint(hint))
     }
 
-    /// The readings of a row, in the order of the measurement's inputs. One that cannot be read from the temporary file is
-    /// not a number. All rows are better read by [`read`](Self::read).
+    /// The readings of a row, in the order of the measurement's inputs. Those of a row that is not there, or cannot be read
+    /// from the temporary file, are not numbers. All rows are better read by [`read`](Self::read).
     #[must_use]
     pub fn row(&self, row: usize) -> Row<'_> {
         let fetched = || self.store.fetch(row).unwrap_or_else(|_| vec![f64::NAN; self.width()]);
         Row(self.store.held(row).map_or_else(|| Cow::Owned(fetched()), Cow::Borrowed))
     }
 
-    /// The name in a key column; empty where it cannot be read from the temporary file.
+    /// The name in a key column; empty where there is none, or it cannot be read from the temporary file.
     #[must_use]
     pub fn key(&self, row: usize, column: usize) -> &str {
         self.names(column).get(self.key_index(row, column) as usize).map_or("", String::as_str)
     }
 
-    /// The number of that name in [`names`](Self::names); the largest there is where it cannot be read from the temporary file.
+    /// The number of that name in [`names`](Self::names); the largest there is where there is no such
+    /// row or column, or it cannot be read from the temporary file.
     #[must_use]
     pub fn key_index(&self, row: usize, column: usize) -> u32 {
-        self.store.number(row, column).unwrap_or(u32::MAX)
+        // the number after the names is the line
+        if column < self.keys.len() { self.store.number(row, column).unwrap_or(u32::MAX) } else { u32::MAX }
     }
 
-    /// The distinct names of a key column, in the order of their first appearance.
+    /// The distinct names of a key column, in the order of their first appearance; none of a column that is not there.
     #[must_use]
     pub fn names(&self, column: usize) -> &[String] {
-        self.keys[column].all()
+        self.keys.get(column).map_or(&[], Names::all)
     }
 
     /// Where a row stands: its file, the line where that is known, and the row of that file counted from one.
     #[must_use]
     pub fn place(&self, row: usize) -> DataPlace {
         // of files without rows that begin at the same row, the last one has it
-        let file = self.files.partition_point(|(_, first)| *first <= row).checked_sub(1).map(|at| &self.files[at]);
+        let file = self.files.iter().rfind(|(_, first)| *first <= row);
         let (name, first) = file.map_or(("", 0), |(name, first)| (name.as_str(), *first));
         let line = (row < self.rows()).then(|| self.store.number(row, self.keys.len()).unwrap_or(0) as usize);
-        DataPlace { line: line.filter(|&line| line > 0), row: Some(row - first + 1), ..DataPlace::file(name) }
+        DataPlace {
+            line: line.filter(|&line| line > 0),
+            row: Some((row - first).saturating_add(1)),
+            ..DataPlace::file(name)
+        }
     }
 
     #[cfg(test)]
@@ -211,7 +239,7 @@ mod tests {
         let mut table = Table::new(1, 1);
         table.begin(file);
         for (i, name) in names.iter().enumerate() {
-            table.push(&[name], &[i as f64], Some(i + 2));
+            table.push(&[name], &[i as f64], Some(i + 2)).expect("a row of the table");
         }
         table
     }
@@ -237,8 +265,8 @@ mod tests {
     #[test]
     fn a_table_without_readings_has_rows_all_the_same() {
         let mut table = Table::new(1, 0);
-        table.push(&["a"], &[], None);
-        table.push(&["b"], &[], None);
+        table.push(&["a"], &[], None).expect("a row of the table");
+        table.push(&["b"], &[], None).expect("a row of the table");
         assert_eq!((table.rows(), table.row(1).len(), table.key(1, 0)), (2, 0, "b"));
         assert_eq!(table.place(1), DataPlace { row: Some(2), ..DataPlace::default() });
     }
@@ -248,7 +276,7 @@ mod tests {
         let mut table = Table::with_bound(1, 1, 100);
         table.store.fill_disk();
         for row in 0..50 {
-            table.push(&["a"], &[row as f64], Some(row + 2));
+            table.push(&["a"], &[row as f64], Some(row + 2)).expect("a row of the table");
         }
         assert_eq!((table.rows(), table.store().in_files()), (50, 0));
         assert!((0..50).all(|row| table.row(row) == [row as f64] && table.place(row).line == Some(row + 2)));

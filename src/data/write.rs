@@ -6,7 +6,7 @@ use std::path::Path;
 use csv::WriterBuilder;
 
 use super::column::Column;
-use super::output::Output;
+use super::output::{Output, Written};
 use super::table::Table;
 use crate::compile::Program;
 use crate::diag::Diagnostic;
@@ -14,23 +14,26 @@ use crate::unit::{nearest, parse_dms};
 
 /// Writes a table as CSV: a heading, then each row with its names and, in the columns' own units, its readings.
 ///
-/// The file is there as a whole or not at all. What [`read`](super::read) takes from it is the same table, to the bit
+/// The file is to be [put](Written::put) in its place, as a whole or not at all. What [`read`](super::read) takes from it is the same table, to the bit
 /// where the column's unit can state the reading.
 ///
 /// # Errors
 ///
 /// [`CannotWrite`](crate::diag::Code::CannotWrite) where the file cannot be written, or a reading is not finite.
-pub fn write(program: &Program, measurement: usize, table: &Table, path: &Path) -> Result<(), Box<Diagnostic>> {
-    Output::open(path)?.finish(|out| write_to(program, measurement, table, out))
+pub fn write(program: &Program, measurement: usize, table: &Table, path: &Path) -> Result<Written, Box<Diagnostic>> {
+    Output::open(path)?.write(|out| write_to(program, measurement, table, out))
 }
 
 /// Writes a table as CSV.
 ///
 /// # Errors
 ///
-/// Where writing fails, or a reading is not finite.
+/// Where the program has no such measurement, the table not its columns, writing fails, or a reading is not finite.
 pub fn write_to(program: &Program, measurement: usize, table: &Table, out: &mut dyn Write) -> io::Result<()> {
-    let declared = &program.measurements[measurement];
+    let declared =
+        program.measurement(measurement).map_err(|found| io::Error::new(io::ErrorKind::InvalidInput, found.message))?;
+    let fits = table.fits(declared.keys.len(), declared.inputs.len());
+    fits.map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))?;
     let columns: Vec<(Column, bool)> =
         declared.inputs.iter().map(|input| (Column::new(&program.units, input), input.dms)).collect();
     if columns.is_empty() && declared.keys.is_empty() {

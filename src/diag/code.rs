@@ -34,8 +34,10 @@ macro_rules! codes {
             /// Every code, in the order of the table.
             pub const ALL: &[Self] = &[$(Self::$variant),*];
 
-            const fn row(self) -> (&'static str, &'static str, &'static str) {
-                match self { $(Self::$variant => ($id, $title, $explanation),)* }
+            const fn row(self) -> (&'static str, &'static str, &'static str, &'static str) {
+                match self {
+                    $(Self::$variant => ($id, $title, $explanation, include_str!(concat!("examples/", $id, ".txt"))),)*
+                }
             }
         }
     };
@@ -58,6 +60,12 @@ impl Code {
     #[must_use]
     pub const fn explanation(self) -> &'static str {
         self.row().2
+    }
+
+    /// What a mistake of the kind looks like: a message as it is shown, from a case of the project's tests.
+    #[must_use]
+    pub const fn example(self) -> &'static str {
+        self.row().3
     }
 
     /// The code of a number, in either case: `e012`.
@@ -150,7 +158,7 @@ codes! {
     UndefinedAtStart "E037" "a residual is undefined at the start"
         "At the starting values an expression has no value or no derivative: the root or logarithm of something not positive, a division by zero, the norm of a zero vector, parallel lines of sight. Start elsewhere, or correct the row of data named."
     TooLarge "E038" "the model is too large"
-        "The model leads to more operations, unknowns or rows than this program handles. Name common parts in `define`, which are computed once, or split the measurement."
+        "The model leads to more operations, unknowns or rows than this program handles. Name common parts in `define`, which are computed once, hold parameters or members by `--fix`, or split the measurement."
     InputWithoutValue "E039" "a scenario leaves an input without a value"
         "Every input of a simulated measurement is drawn (`draw`), set by a formula (`set`) or solved for (`solve`). Add it to one of them, or give the input a `default`."
     CannotSolve "E040" "the inputs cannot be solved for"
@@ -170,7 +178,7 @@ codes! {
     BadSigma "E047" "a sigma of a row is not positive"
         "The expression of a standard deviation gives zero, a negative number or no number in a row of the data. Correct the row, or the expression."
     NoNoise "E048" "a residual has no noise"
-        "Under propagated weights a residual counts by the errors that its inputs carry into it. This one depends on no input with a sigma and has none of its own, so it would count without limit. Give one of its inputs a sigma, or itself: `\"r\": (value: \"…\", sigma: \"0.1 mm\")`."
+        "Under propagated weights a residual counts by the errors that its inputs carry into it. This one depends on no input with a sigma and has none of its own, so it would count without limit. Give one of its inputs a sigma, or itself: `\"r\": (value: \"…\", sigma: \"0.1 mm\")`. Where the equations do depend on such inputs, it may be the start: at some geometries, such as unknown points that all start at the origin, they do not change with a reading. Then declare nominal values nearer to the truth."
     NothingLeft "E049" "a robust loss removes all data"
         "At the starting values every row is so far off that the loss gives it no weight, so nothing can be estimated. Start nearer, take a loss that never rejects (`huber`, `cauchy`) first, or let the scale be estimated."
     ConstantConstraint "E050" "a constraint depends on no parameter"
@@ -189,6 +197,8 @@ codes! {
         "A state of `--save` belongs to one model, one kind of weights and one choice of free parameters, and this is another, or the file is no state at all. Go on with the model it was made from and the same `--fix`, `--free`, `--weights` and `--loss`, or begin anew from the data."
     DifferentPoints "E062" "states cannot be merged"
         "What is left of rows that were not kept holds where they were linearised, and these states have absorbed rows at different points. Make all parts with `--hold-point` from one `--start`, or keep their rows (`--keep all`), which are then linearised together."
+    TooLong "E063" "a file or a line is too long"
+        "A model has at most 4 MiB, any other text that is read as a whole (a fit, a state, a matrix) 256 MiB, and a row of data 16 MiB, so that a wrong file, such as a device or a picture, or a quote that is never closed, does not fill the memory. Rows of data may be as many as there are: what belongs to single rows goes into a table, not into the model."
     NothingToVary "E070" "no parameter can be started elsewhere"
         "`--starts` draws starting values between `min` and `max`, or by the prior that `sigma` declares, and no free parameter has either. Say where the truth may be: `Free(nominal: 1, min: 0, max: 2)`."
     StartProjected "W001" "the start was moved into the bounds"
@@ -225,6 +235,8 @@ codes! {
         "Different values of the parameters explain the data as well, by χ² or but for rounding, such as a mirrored geometry: the data alone do not tell which is true. Narrow the bounds so that one remains, give a prior, or measure what tells them apart."
     NotFollowed "W032" "the continuation did not reach the end"
         "Between readings that the start explains and those that were made the path turned back, ended, or met something undefined. The result is that of a search from the start alone. Start nearer, or declare bounds and ask for `--starts`."
+    Interrupted "W050" "the run was interrupted"
+        "Somebody pressed Ctrl-C, or asked the program to end. What was done so far is reported and written, whole files only, and it is not to be trusted: a search was cut short, or not all runs were made. A second Ctrl-C ends the program at once. A fit goes on with `--start FIT.json`."
     EmptyScenario "E080" "a scenario has no rows"
         "What would be seen cannot be said of nothing: the scenario has no measurements, or none with rows. Give its measurements `rows: 100`, or `--rows MEASUREMENT=NUMBER`."
     NoConsistentInputs "E081" "no inputs are consistent with the parameters"

@@ -7,14 +7,21 @@ use serde_json::{Map, Value};
 
 use super::{DataPlace, Diagnostic, Place, Severity, Source, Span};
 
-/// The diagnostics sorted by place, as compilers show them; `colour` adds terminal colours.
+/// How many are shown to people: nobody reads more, and the text around each has to be found.
+const MOST_SHOWN: usize = 100;
+
+/// The diagnostics sorted by place, as compilers show them, of very many the first; `colour` adds terminal colours.
 #[must_use]
 pub fn text<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>, colour: bool) -> String {
     let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
     let mut out = String::new();
-    for diagnostic in sorted(diagnostics) {
+    let all = sorted(diagnostics);
+    for diagnostic in all.iter().take(MOST_SHOWN) {
         out.push_str(&renderer.render(&[group(diagnostic)]));
         out.push_str("\n\n");
+    }
+    if all.len() > MOST_SHOWN {
+        out.push_str(&format!("and {} more; `--format json` has all\n\n", all.len() - MOST_SHOWN));
     }
     out
 }

@@ -1,11 +1,16 @@
 //! Text with a name, byte spans in it, and the lines and columns people count in.
 
+use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 use std::{fmt, fs};
 
 use super::{Code, DataPlace, Diagnostic};
+
+/// Bytes of a text that is read as a whole, such as a fit or a matrix: a quarter of a gibibyte takes about two of memory once it is
+/// understood. Rows of data are read piece by piece and have no such limit.
+const MOST_BYTES: u64 = 1 << 28;
 
 /// A range of bytes in a [`Source`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -72,14 +77,23 @@ impl Source {
     ///
     /// # Errors
     ///
-    /// [`Code::UnreadableFile`] where there is no such file, it may not be read, or it is not UTF-8.
+    /// [`Code::UnreadableFile`] where there is no such file, it may not be read, or it is not UTF-8; [`Code::TooLong`] where it has
+    /// no end in sight.
     pub fn read(path: &Path) -> Result<Arc<Self>, Box<Diagnostic>> {
         let name = path.display().to_string();
         let unreadable = |why: String| {
             let place = DataPlace::file(&name);
             Box::new(Diagnostic::error(Code::UnreadableFile, why).at_data(place))
         };
-        let bytes = fs::read(path).map_err(|e| unreadable(format!("`{name}` cannot be read: {e}")))?;
+        let cannot = |e| unreadable(format!("`{name}` cannot be read: {e}"));
+        let mut bytes = Vec::new();
+        let file = fs::File::open(path).map_err(cannot)?;
+        file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(cannot)?;
+        if bytes.len() as u64 > MOST_BYTES {
+            let message = format!("`{name}` is longer than {} MiB", MOST_BYTES >> 20);
+            let found = Diagnostic::error(Code::TooLong, message).at_data(DataPlace::file(&name));
+            return Err(Box::new(found.hint("name the file that was meant, or write a shorter one")));
+        }
         match String::from_utf8(bytes) {
             Ok(text) => Ok(Self::new(name, text)),
             Err(e) => {
@@ -112,8 +126,8 @@ impl Source {
     pub fn position(&self, byte: usize) -> Position {
         let byte = self.floor(byte);
         let line = self.line_starts.partition_point(|&start| start <= byte);
-        let start = self.line_starts[line - 1];
-        Position { line, column: 1 + self.text[start..byte].chars().count() }
+        let start = self.line_starts.get(line.saturating_sub(1)).copied().unwrap_or(0);
+        Position { line, column: 1 + self.slice(Span::new(start, byte)).chars().count() }
     }
 
     /// The byte of a line and column; past the end of a line counts as its end.
@@ -122,7 +136,7 @@ impl Source {
         let Some(&start) = self.line_starts.get(position.line.saturating_sub(1)) else {
             return self.text.len();
         };
-        let line = self.text[start..].split('\n').next().unwrap_or("");
+        let line = self.slice(Span::new(start, self.text.len())).split('\n').next().unwrap_or("");
         let within = line.char_indices().nth(position.column.saturating_sub(1));
         start + within.map_or(line.len(), |(at, _)| at)
     }

@@ -9,7 +9,7 @@ use crate::compile::Program;
 fn again(program: &Program, table: &Table) -> Table {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("t.csv");
-    write(program, 0, table, &path).unwrap();
+    write(program, 0, table, &path).and_then(Written::put).unwrap();
     let mut found = Diagnostics::new();
     let files = [DataFile { file: "t.csv".into(), ..DataFile::default() }];
     read(program, 0, &files, directory.path(), &mut found).unwrap_or_else(|| panic!("{found:?}"))
@@ -41,7 +41,7 @@ proptest! {
             // an angle that an instrument states in degrees, minutes and seconds
             let seconds = row[1] / std::f64::consts::PI * 648_000.0;
             let v = seconds / 648_000.0 * std::f64::consts::PI;
-            table.push(&[place, hole], &[row[0], v, row[2], row[3], row[4]], None);
+            table.push(&[place, hole], &[row[0], v, row[2], row[3], row[4]], None).expect("a row of the table");
         }
         assert_same(&table, &again(&program, &table));
     }
@@ -51,13 +51,13 @@ proptest! {
 fn whole_or_not_at_all() {
     let (program, _) = program("");
     let mut table = Table::new(2, 5);
-    table.push(&["a", "b"], &[1.0, 2.0, 3.0, 4.0, 5.0], None);
+    table.push(&["a", "b"], &[1.0, 2.0, 3.0, 4.0, 5.0], None).expect("a row of the table");
     let missing = write(&program, 0, &table, Path::new("/no/such/directory/t.csv")).unwrap_err();
     assert_eq!(missing.code.id(), "E043");
 
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("t.csv");
-    write(&program, 0, &table, &path).unwrap();
+    write(&program, 0, &table, &path).and_then(Written::put).unwrap();
     let before = std::fs::read(&path).unwrap();
     assert!(before.starts_with(b"place,hole,hz,v,length,t,n\na,b,57.2957"));
     #[cfg(unix)]
@@ -68,7 +68,7 @@ fn whole_or_not_at_all() {
         let mode = |path: &Path| path.metadata().unwrap().permissions().mode();
         assert_eq!(mode(&path), mode(&plain));
     }
-    table.push(&["a", "b"], &[f64::NAN; 5], None);
+    table.push(&["a", "b"], &[f64::NAN; 5], None).expect("a row of the table");
     assert_eq!(write(&program, 0, &table, &path).unwrap_err().code.id(), "E043");
     assert_eq!(std::fs::read(&path).unwrap(), before);
     assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 2);

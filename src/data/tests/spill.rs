@@ -17,7 +17,9 @@ fn made(rows: Range<usize>, bound: usize) -> Table {
         let x = row as f64;
         // every other line is a comment here and there
         let line = (row % 7 != 3).then_some(2 * row + row % 2);
-        table.push(&[NAMES[row % 5], NAMES[row * row % 5]], &[x, -x, 1.0 / (x + 1.0)], line);
+        table
+            .push(&[NAMES[row % 5], NAMES[row * row % 5]], &[x, -x, 1.0 / (x + 1.0)], line)
+            .expect("a row of the table");
     }
     table
 }
@@ -64,7 +66,7 @@ fn memory_has_a_bound() {
     let bytes = 9 * 8 + 2 * 4;
     let rows = 2 * IN_MEMORY / bytes + 1000;
     for row in 0..rows {
-        table.push(&["a"], &[row as f64; 9], None);
+        table.push(&["a"], &[row as f64; 9], None).expect("a row of the table");
         let held = (table.rows() - table.store().in_files()) * bytes;
         assert!(held < IN_MEMORY, "{held}");
     }
@@ -79,8 +81,8 @@ fn copies_go_their_own_ways() {
     let mut one = made(0..500, 3600);
     let mut other = one.clone();
     for row in 500..900 {
-        one.push(&["a", "b"], &[row as f64; 3], None);
-        other.push(&["b", "x"], &[-(row as f64); 3], None);
+        one.push(&["a", "b"], &[row as f64; 3], None).expect("a row of the table");
+        other.push(&["b", "x"], &[-(row as f64); 3], None).expect("a row of the table");
     }
     assert_eq!(one.row(450), other.row(450));
     for row in 500..900 {
@@ -136,7 +138,7 @@ fn a_lost_file_is_no_panic() {
 #[test]
 fn rows_without_readings_and_keys_are_counted() {
     let mut table = Table::with_bound(0, 0, 8);
-    (1..10).for_each(|line| table.push(&[], &[], Some(line)));
+    (1..10).for_each(|line| table.push(&[], &[], Some(line)).expect("a row of the table"));
     let mut buffer = Buffer::default();
     let rows = table.read(1..9, &mut buffer).unwrap();
     assert_eq!((rows.len(), rows.row(2).len(), rows.keys(3).len(), rows.line(7)), (8, 0, 0, Some(9)));
