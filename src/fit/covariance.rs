@@ -1,6 +1,6 @@
 //! The covariance of an estimate from its triangular factor.
 
-use crate::linalg::{LinalgError, Matrix, SquareRootInformation, dot, norm, orthonormalise, solve_upper};
+use crate::linalg::{LinalgError, Matrix, SquareRootInformation, dot, norm, orthonormalise, same_size, solve_upper};
 
 /// What does not move to first order, beside what is invisible.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,7 +32,7 @@ impl Covariance {
     /// visible and may move.
     ///
     /// # Errors
-    /// Where what remains has no full rank.
+    /// Where what remains has no full rank, or what is held or invisible is of another size than the scale.
     pub fn new(
         information: &SquareRootInformation,
         scale: &[f64],
@@ -40,6 +40,11 @@ impl Covariance {
         held: &Held,
     ) -> Result<Covariance, LinalgError> {
         let n = scale.len();
+        for found in
+            invisible.iter().chain(&held.gradients).map(Vec::len).chain([information.dimension(), held.on_bound.len()])
+        {
+            same_size(n, found)?;
+        }
         let unit = |j: usize| {
             let mut unit = vec![0.0; n];
             unit[j] = 1.0;
@@ -96,11 +101,16 @@ impl Covariance {
     /// of N, `invisible`, are directions that the data do not see.
     ///
     /// # Errors
-    /// Where P does not fix them, or is not as many.
+    /// Where P does not fix them, is not as many, or one is not among the coordinates.
     pub fn with_datum(&self, invisible: &[Vec<f64>], held: &[usize]) -> Result<Covariance, LinalgError> {
         let k = invisible.len();
         if held.len() != k {
             return Err(LinalgError::Shape { expected: k, found: held.len() });
+        }
+        let n = self.entries.len();
+        invisible.iter().try_for_each(|direction| same_size(n, direction.len()))?;
+        if let Some(&found) = held.iter().find(|&&p| p >= n) {
+            return Err(LinalgError::Shape { expected: n, found });
         }
         // rows of N_P brought to one size, for metres stand beside radians
         let rows: Vec<Vec<f64>> = held.iter().map(|&p| invisible.iter().map(|n| n[p]).collect()).collect();
@@ -124,7 +134,7 @@ impl Covariance {
             Ok(column)
         };
         let root = self.root.iter().map(moved).collect::<Result<Vec<_>, LinalgError>>()?;
-        Covariance::from_root(root, self.entries.len())
+        Covariance::from_root(root, n)
     }
 
     fn from_root(root: Vec<Vec<f64>>, n: usize) -> Result<Covariance, LinalgError> {
@@ -141,12 +151,13 @@ impl Covariance {
         self.root.iter().map(|column| dot(column, gradient).powi(2)).sum()
     }
 
-    /// The standard deviation of a coordinate.
+    /// The standard deviation of a coordinate; that of one that there is not is no number.
     pub fn sigma(&self, i: usize) -> f64 {
-        self.entries[i][i].max(0.0).sqrt()
+        let variance = self.entries.get(i).and_then(|row| row.get(i));
+        variance.map_or(f64::NAN, |variance| variance.max(0.0).sqrt())
     }
 
-    /// The correlation of two coordinates, `None` where one has no variance.
+    /// The correlation of two coordinates, `None` where one has no variance, or there is none of them.
     pub fn correlation(&self, i: usize, j: usize) -> Option<f64> {
         let (a, b) = (self.sigma(i), self.sigma(j));
         (a > 0.0 && b > 0.0).then(|| if i == j { 1.0 } else { (self.entries[i][j] / (a * b)).clamp(-1.0, 1.0) })

@@ -5,7 +5,7 @@ use super::observations::{Component, Observation, Observations, observations};
 use super::restraint::{self, Restraint};
 use super::starts::{Continuation, Starts};
 use super::verdict::Verdict;
-use super::warnings::warnings;
+use super::warnings::{constant, warnings};
 use crate::diag::Diagnostics;
 use crate::linalg::sparsest;
 use crate::problem::{Problem, PureError, Quantities, Undefined, Weights};
@@ -39,6 +39,8 @@ pub struct Estimate {
     pub at_bound: bool,
     /// Where it started from.
     pub nominal: f64,
+    /// The standard deviation of its prior around that, where it has one.
+    pub prior: Option<f64>,
     /// What counts as known well enough.
     pub tolerance: f64,
     /// One internal unit in its unit.
@@ -281,6 +283,7 @@ pub fn analyse_with(problem: &Problem, solution: Solution<Vec<f64>>, tested: Tes
                 at_datum: estimable && share(j) > AT_DATUM,
                 at_bound: restrained.on_bound[j],
                 nominal: reported(coordinate.nominal),
+                prior: coordinate.sigma.map(reported),
                 tolerance: reported(coordinate.tolerance),
                 reported: reported(1.0),
             }
@@ -342,6 +345,7 @@ pub fn analyse_with(problem: &Problem, solution: Solution<Vec<f64>>, tested: Tes
         warnings: Diagnostics::new(),
     };
     fit.warnings = warnings(&fit, n, solution.projected);
+    fit.warnings.extend(constant(problem));
     Ok(fit)
 }
 

@@ -30,7 +30,7 @@ impl FitFile {
                 json!({
                     "name": p.name, "value": p.value, "unit": p.unit, "sigma": p.sigma, "interval": p.interval,
                     "estimable": p.estimable, "at_datum": p.at_datum,
-                    "at_bound": p.at_bound, "nominal": p.nominal, "tolerance": p.tolerance,
+                    "at_bound": p.at_bound, "nominal": p.nominal, "prior": p.prior, "tolerance": p.tolerance,
                 })
             })
             .collect();

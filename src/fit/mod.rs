@@ -8,7 +8,13 @@
 //!   h = w + 2 s w'/m (Huber 1981, §7.6), so that what a rejected row would have told does not count.
 //! - On an active bound there is no sigma either, and the others are those of the problem with the bound as an equation.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "parameters are numbered by the problem that was fitted; what a saved fit says is checked for its size when read"
+)]
+
 mod covariance;
+mod document;
 mod estimate;
 mod file;
 mod norm;
@@ -21,6 +27,10 @@ mod warnings;
 mod words;
 
 pub use covariance::{Covariance, Held};
+pub use document::{
+    Chi, Correlations, DataFile, Direction, Document, Level, Parameter, Partner, Provenance, Step, Suspect, Tests,
+    Warning,
+};
 pub use estimate::{
     ChiSquared, Confidence, Estimate, Fit, HeldValue, LackOfFit, MOST_TESTED, NOT_ESTIMABLE, Tested, analyse,
     analyse_with,

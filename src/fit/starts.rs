@@ -46,7 +46,7 @@ pub struct Continuation {
 impl Starts {
     /// Starts that ended nowhere.
     pub fn failed(&self) -> usize {
-        self.total - self.converged
+        self.total.saturating_sub(self.converged)
     }
 
     pub(super) fn json(&self) -> Value {

@@ -36,6 +36,16 @@ pub enum Stated {
 const ASYMMETRY: f64 = 1e-9;
 
 impl JointUncertainty {
+    /// Whether everything is said of each of the names.
+    pub(crate) fn is_complete(&self) -> bool {
+        let n = self.names.len();
+        let of_all = |row: &Vec<f64>| row.len() == n;
+        self.tolerances.len() == n
+            && self.on_bound.len() == n
+            && self.null_directions.iter().all(of_all)
+            && self.covariance.as_ref().is_none_or(|all| all.len() == n && all.iter().all(of_all))
+    }
+
     /// That of a fit in memory.
     pub fn of(fit: &Fit) -> JointUncertainty {
         let names: Vec<String> = fit.parameters.iter().map(|p| p.name.clone()).collect();

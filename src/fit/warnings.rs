@@ -2,6 +2,7 @@
 
 use super::estimate::Fit;
 use crate::diag::{Code, Diagnostic, Diagnostics};
+use crate::problem::{Block, Problem};
 
 /// The warnings of a fit of `n` coordinates.
 pub(super) fn warnings(fit: &Fit, n: usize, projected: bool) -> Diagnostics {
@@ -43,6 +44,45 @@ pub(super) fn warnings(fit: &Fit, n: usize, projected: bool) -> Diagnostics {
         warnings.push(Diagnostic::warning(Code::PracticallyWeak, message).hint("measure more, or elsewhere"));
     }
     warnings
+}
+
+/// Residuals that no free parameter changes.
+pub(super) fn constant(problem: &Problem) -> Diagnostics {
+    let mut warnings = Diagnostics::new();
+    if problem.free.is_empty() {
+        return warnings;
+    }
+    for block in &problem.blocks {
+        let free = free_leaves(problem, block);
+        for (i, residual) in block.measurement.residuals.iter().enumerate() {
+            let (leaves, _) = block.measurement.tape.dependencies(i);
+            if leaves.iter().zip(&free).all(|(depends, free)| !(depends & free)) {
+                let message =
+                    format!("`{}` of `{}` depends on no free parameter", residual.name, block.measurement.name);
+                let found = Diagnostic::warning(Code::ConstantResidual, message);
+                let hint = "it determines nothing: make it an output, or free what it is meant to tell";
+                warnings.push(found.at(&problem.program.source, residual.span).hint(hint));
+            }
+        }
+    }
+    warnings
+}
+
+/// Which of the numbers on a measurement's tape belong to parameters of which anything is free.
+fn free_leaves(problem: &Problem, block: &Block) -> Vec<bool> {
+    let layout = &problem.layout;
+    let parameter = |c: &usize| {
+        let group = layout.coordinates.get(*c).and_then(|of| layout.groups.get(of.group));
+        group.map(|group| group.parameter)
+    };
+    let free: Vec<usize> = problem.free.iter().filter_map(parameter).collect();
+    let mut leaves = vec![false; block.measurement.leaves];
+    for slot in &block.measurement.slots {
+        let count = problem.program.parameters.get(slot.parameter).map_or(0, |of| of.shape.leaves());
+        let here = leaves.iter_mut().skip(slot.first_leaf).take(count);
+        here.for_each(|leaf| *leaf = free.contains(&slot.parameter));
+    }
+    leaves
 }
 
 fn list(names: &[&str]) -> String {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::{Choice, Session, Values};
 use crate::audit::{MatrixAudit, Refit, Sheet, Stack, audit_matrix, read_matrices, refit};
+use crate::compile::Measurement;
 use crate::data::Table;
 use crate::diag::{Code, DataPlace, Diagnostic, Diagnostics, Source};
 use crate::evaluate::point;
@@ -104,15 +105,14 @@ impl Against {
 fn table(session: &Session, sheet: &Sheet) -> Option<(usize, Table)> {
     let (names, rows) = sheet.rows.as_ref()?;
     let all = &session.program.measurements;
-    let fits = |index: &usize| {
-        let measurement = &all[*index];
+    let fits = |(_, measurement): &(usize, &Measurement)| {
         let named = sheet.measurement.as_ref().is_none_or(|name| *name == measurement.name);
         let known = names.iter().all(|name| measurement.inputs.iter().any(|input| input.name == *name));
         let complete = measurement.inputs.iter().all(|input| input.default.is_some() || names.contains(&input.name));
         named && known && complete && measurement.keys.is_empty() && !measurement.residuals.is_empty()
     };
-    let index = (0..all.len()).find(fits)?;
-    let (measurement, units) = (&all[index], &session.program.units);
+    let (index, measurement) = all.iter().enumerate().find(fits)?;
+    let units = &session.program.units;
     let mut table = Table::new(0, measurement.inputs.len());
     for row in rows {
         let reading = |input: &crate::compile::Input| {
@@ -120,7 +120,7 @@ fn table(session: &Session, sheet: &Sheet) -> Option<(usize, Table)> {
             let internal = |value: &f64| units.to_internal(*value, units.unit(input.unit.dimension));
             given.map(internal).or(input.default)
         };
-        table.push(&[], &measurement.inputs.iter().map(reading).collect::<Option<Vec<f64>>>()?, None);
+        table.put([], &measurement.inputs.iter().map(reading).collect::<Option<Vec<f64>>>()?, None);
     }
     Some((index, table))
 }

@@ -87,6 +87,7 @@ fn provenance(bound: &Bound) -> Map<String, Value> {
         .collect();
     let mut provenance = Map::new();
     provenance.insert("version".into(), json!(env!("CARGO_PKG_VERSION")));
+    provenance.insert("name".into(), json!(session.program.name));
     provenance.insert("model".into(), json!(session.path.display().to_string()));
     provenance.insert("model_fingerprint".into(), json!(session.fingerprint));
     provenance.insert("data".into(), json!(data));

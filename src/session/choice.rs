@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::Session;
-use crate::data::{self, Table};
+use crate::data::{self, Table, Watch};
 use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::model::{DataFile, DataRole};
 
@@ -16,6 +16,8 @@ pub struct Choice {
     pub role: DataRole,
     /// Whether measurements without files of their own are left out, where any has some.
     pub given_only: bool,
+    /// Who is told how many bytes of a file have been read.
+    pub watch: Watch,
 }
 
 /// A file that rows came from.
@@ -78,7 +80,7 @@ impl Choice {
                 }
                 continue;
             }
-            match chosen.files_of(session, index, &files, &directory, diagnostics) {
+            match chosen.files_of(session, index, &files, (&directory, &self.watch), diagnostics) {
                 Some(table) if table.rows() > 0 => chosen.tables.push((index, table)),
                 Some(_) => {
                     let message = format!("measurement `{}` has no data and takes no part", measurement.name);
@@ -99,11 +101,11 @@ impl Chosen {
         session: &Session,
         index: usize,
         files: &[DataFile],
-        directory: &Path,
+        (directory, watch): (&Path, &Watch),
         diagnostics: &mut Diagnostics,
     ) -> Option<Table> {
-        let read = data::read_files(&session.program, index, files, directory, diagnostics)?;
-        let measurement = &session.program.measurements[index].name;
+        let read = data::read_files(&session.program, index, files, directory, watch, diagnostics)?;
+        let measurement = &session.program.measurements.get(index)?.name;
         self.files.extend(read.files.into_iter().filter(|file| file.rows > 0).map(|file| UsedFile {
             measurement: measurement.clone(),
             file: file.file,
@@ -117,6 +119,6 @@ impl Chosen {
 /// The only row of a measurement that reads nothing.
 fn single() -> Table {
     let mut table = Table::new(0, 0);
-    table.push(&[], &[], None);
+    table.put([], &[], None);
     table
 }

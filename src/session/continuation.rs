@@ -49,7 +49,7 @@ pub fn follow(problem: &Problem) -> Result<(Vec<f64>, Continuation), Box<Diagnos
         return Ok((point, told));
     }
     let mut length = FIRST;
-    while told.reached < FOLLOWED && told.steps < STAGES {
+    while told.reached < FOLLOWED && told.steps < STAGES && !problem.execution.stopped() {
         let next = (told.reached + length).min(FOLLOWED);
         let stage = path.at(next).map_err(undefined)?;
         told.steps += 1;
@@ -58,7 +58,7 @@ pub fn follow(problem: &Problem) -> Result<(Vec<f64>, Continuation), Box<Diagnos
             Some((at, from)) => {
                 let share = (next - told.reached) / (told.reached - at);
                 let way = problem.difference(from, &point);
-                let way: Vec<f64> = problem.free.iter().map(|&c| way[c] * share).collect();
+                let way: Vec<f64> = problem.of_free(&way).into_iter().map(|way| way * share).collect();
                 problem.retract(&point, &way)
             }
         };

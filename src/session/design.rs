@@ -12,6 +12,11 @@
 //! of rotation vectors, evenly over all rotations (Shoemake, Graphics Gems III (1992) 124); otherwise turns are drawn by the
 //! priors of their components, R(nominal)·exp(ω).
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "ranges and shares have one entry for each free coordinate, which the problem numbers"
+)]
+
 use std::f64::consts::{PI, TAU};
 
 use crate::problem::{Coordinate, Problem};
@@ -42,10 +47,9 @@ enum Range {
 pub(super) fn design(problem: &Problem, count: usize, seed: u64) -> Design {
     let ranges = ranges(problem);
     let shares: Vec<Vec<f64>> = problem
-        .free
-        .iter()
-        .map(|&c| {
-            let mut stream = Stream::new(seed, &format!("start {}", problem.layout.coordinates[c].name));
+        .free_coordinates()
+        .map(|c| {
+            let mut stream = Stream::new(seed, &format!("start {}", c.name));
             let order = stream.order(count);
             order.into_iter().map(|cell| (cell as f64 + stream.share()) / count as f64).collect()
         })

@@ -7,6 +7,7 @@ use super::starts::{Ended, MultiStart, compare_starts};
 use crate::diag::{Code, Diagnostic};
 use crate::fit::{Continuation, Fit, Starts, Tested};
 use crate::problem::Problem;
+use crate::solve::Status;
 
 /// How a start is found; by default it is the declared one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -22,12 +23,14 @@ pub(super) struct Arrived {
     starts: Option<Starts>,
     continuation: Option<Continuation>,
     unit: bool,
+    /// not all that was asked for was tried
+    cut: bool,
 }
 
 impl Far {
     /// Puts a problem's start where the fit is to begin.
     pub(super) fn arrive(&self, problem: &mut Problem, by: Search) -> Result<Arrived, Box<Diagnostic>> {
-        let mut arrived = Arrived { starts: None, continuation: None, unit: !problem.weights.are_real() };
+        let mut arrived = Arrived { starts: None, continuation: None, unit: !problem.weights.are_real(), cut: false };
         if let Some(options) = self.starts {
             let search = |from: &Problem| self.end(from, by);
             let (best, starts) = compare_starts(problem, options, &search)?;
@@ -39,6 +42,8 @@ impl Far {
             problem.start = point;
             arrived.continuation = told;
         }
+        let tried = self.starts.is_some() || self.continuation;
+        arrived.cut = tried && problem.execution.stopped();
         Ok(arrived)
     }
 
@@ -109,6 +114,9 @@ impl Arrived {
             fit.warnings.push(
                 found.hint("the result is that of a search from the start alone; start nearer, or ask for `--starts`"),
             );
+        }
+        if self.cut {
+            fit.status = Status::Interrupted;
         }
         fit.starts = self.starts;
         fit.continuation = self.continuation;

@@ -4,6 +4,7 @@ use super::calibrate::fit_by;
 use super::procedure::Procedure;
 use crate::diag::{Code, Diagnostic};
 use crate::problem::{Problem, Quantities, Undefined};
+use crate::solve::Status;
 
 /// What the rows held out say.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,7 +22,7 @@ pub struct HeldOut {
     pub rms: Vec<(String, String, f64, String)>,
 }
 
-/// Fits `folds` times without every `folds`-th row, and predicts those.
+/// Fits `folds` times without every `folds`-th row, and predicts those; none where it was stopped.
 ///
 /// # Errors
 /// Fewer than two folds, or fewer rows than folds; where a search cannot start or a residual is undefined.
@@ -30,7 +31,7 @@ pub fn hold_out(
     procedure: &Procedure,
     folds: usize,
     fitted: &[f64],
-) -> Result<HeldOut, Box<Diagnostic>> {
+) -> Result<Option<HeldOut>, Box<Diagnostic>> {
     let rows: usize = problem.blocks.iter().map(|block| block.table.rows()).sum();
     if folds < 2 || folds > rows {
         let message = format!("{rows} rows cannot be held out in {folds} shares");
@@ -44,6 +45,9 @@ pub fn hold_out(
     let mut sums: Vec<Vec<f64>> = problem.blocks.iter().map(|b| vec![0.0; b.measurement.residuals.len()]).collect();
     let mut counts = vec![0usize; problem.blocks.len()];
     for fold in 0..folds {
+        if problem.execution.stopped() {
+            return Ok(None);
+        }
         // rows are counted through all measurements, so that small ones lose rows in turn
         let mut first = 0;
         let (mut held, mut kept) = (Vec::new(), Vec::new());
@@ -57,6 +61,9 @@ pub fn hold_out(
         let mut training = problem.without_rows(&held);
         training.start.clone_from(&problem.start);
         let fit = fit_by(&training, procedure)?;
+        if fit.status == Status::Interrupted {
+            return Ok(None);
+        }
         if !fit.status.converged() || fit.parameters.iter().any(|p| !p.estimable) {
             failed += 1;
             continue;
@@ -87,11 +94,11 @@ pub fn hold_out(
         }
     }
     let ratio = |squares: f64, equations: usize| squares / equations.max(1) as f64;
-    Ok(HeldOut {
+    Ok(Some(HeldOut {
         folds,
         failed,
         per_equation: ratio(squares, equations),
         within: ratio(within.squares, within.equations),
         rms,
-    })
+    }))
 }

@@ -9,8 +9,8 @@ use super::search::Search;
 use super::timed::Timed;
 use crate::diag::{Code, Diagnostic};
 use crate::fit::{Component, Fit, Tested, analyse_with};
-use crate::problem::{Factors, Problem, Undefined, Weights};
-use crate::solve::{Norm, Solution};
+use crate::problem::{Block, Factors, Problem, Undefined, Weights};
+use crate::solve::{Norm, Solution, Status};
 
 /// Rounds of estimating scales or variance components.
 const ROUNDS: usize = 60;
@@ -74,12 +74,19 @@ impl Procedure {
         let mut removed = Vec::new();
         let worst = |fit: &Fit| fit.observations.as_ref().and_then(|all| all.suspects.first()).cloned();
         while let Some(suspect) = worst(&fit).filter(|_| self.snoop) {
-            let block = problem.blocks.iter().position(|block| block.index == suspect.measurement).unwrap_or(0);
-            let mut rows = vec![Vec::new(); problem.blocks.len()];
-            rows[block].push(suspect.row);
+            if problem.execution.stopped() {
+                fit.status = Status::Interrupted;
+                break;
+            }
+            let of = |block: &Block| if block.index == suspect.measurement { vec![suspect.row] } else { Vec::new() };
+            let rows: Vec<Vec<usize>> = problem.blocks.iter().map(of).collect();
             let mut next = problem.without_rows(&rows);
             next.start.clone_from(&fit.point);
             let next_fit = self.components(&mut next, &mut factors, clock)?;
+            if next_fit.status == Status::Interrupted {
+                fit.status = Status::Interrupted;
+                break;
+            }
             // what leaves less to be known than before is no cure
             if next_fit.rank < fit.rank || next_fit.dof == 0 {
                 break;
@@ -88,6 +95,9 @@ impl Procedure {
             (fit, problem) = (next_fit, next);
         }
         fit.removed = removed;
+        if fit.status == Status::Interrupted {
+            fit.warnings.push(interrupted("the values are the best so far, and no minimum"));
+        }
         Ok((fit, problem))
     }
 
@@ -110,6 +120,9 @@ impl Procedure {
         let arrived = self.far.arrive(&mut problem, self.search)?;
         let mut fit = solve(&problem, clock, Tested::None)?.of_norm(norm.sentence());
         arrived.told(&mut fit);
+        if fit.status == Status::Interrupted {
+            fit.warnings.push(interrupted("the values are the best so far, and no minimum"));
+        }
         Ok(fit)
     }
 
@@ -139,6 +152,10 @@ impl Procedure {
                 *factors.entry(name).or_insert(1.0) *= factor;
             }
             if largest <= STILL {
+                break;
+            }
+            if problem.execution.stopped() {
+                fit.status = Status::Interrupted;
                 break;
             }
             let mut next = problem.with_factors(factors);
@@ -184,7 +201,7 @@ fn robust(problem: &mut Problem, clock: &mut Clock, tested: Tested) -> Result<Fi
             let still = still(&last, &next);
             near = near.with_scales(&next);
             last = next;
-            if still {
+            if still || problem.execution.stopped() {
                 break;
             }
         }
@@ -198,10 +215,14 @@ fn robust(problem: &mut Problem, clock: &mut Clock, tested: Tested) -> Result<Fi
             let hint = "start nearer, let the scale be estimated, or take a loss that never rejects, such as `huber`";
             return Err(Box::new(Diagnostic::error(Code::NothingLeft, message).hint(hint)));
         }
-        let found = solve(problem, clock, tested)?;
+        let mut found = solve(problem, clock, tested)?;
         let before = problem.scales();
         let next = problem.estimated_scales(&found.point).map_err(undefined)?;
-        let done = !estimated || still(&before, &next);
+        let mut done = !estimated || still(&before, &next);
+        if !done && problem.execution.stopped() {
+            found.status = Status::Interrupted;
+            done = true;
+        }
         if !done {
             *problem = problem.with_scales(&next);
             problem.start.clone_from(&found.point);
@@ -222,6 +243,11 @@ fn still(before: &[Option<f64>], after: &[Option<f64>]) -> bool {
         (_, None) => true,
         (None, Some(_)) => false,
     })
+}
+
+/// What is said of a fit, or of what was to follow it, that was cut short.
+pub(super) fn interrupted(what: &str) -> Diagnostic {
+    Diagnostic::warning(Code::Interrupted, format!("interrupted: {what}")).hint("start again from there with `--start`")
 }
 
 /// Where the search from the start ends.

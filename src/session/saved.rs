@@ -49,16 +49,16 @@ pub(super) fn state_json(session: &Session, problem: &Problem, state: &State) ->
     let named = |point: &[f64]| -> Map<String, Value> {
         problem.layout.coordinates.iter().zip(point).map(|(c, value)| (c.name.clone(), json!(value))).collect()
     };
-    let free: Vec<&str> = problem.free.iter().map(|&c| problem.layout.coordinates[c].name.as_str()).collect();
-    let row = |kept: bool, of: usize, row: usize| {
-        let table = &problem.blocks[of].table;
-        let names: Vec<&str> = (0..problem.blocks[of].measurement.keys.len()).map(|k| table.key(row, k)).collect();
+    let free: Vec<&str> = problem.free_coordinates().map(|c| c.name.as_str()).collect();
+    let row = |kept: bool, table: &Table, row: usize| {
+        let names: Vec<&str> = (0..table.keys()).map(|k| table.key(row, k)).collect();
         json!({ "kept": kept, "names": names, "readings": table.row(row).to_vec() })
     };
     let mut rows = Map::new();
     for (of, block) in problem.blocks.iter().enumerate() {
-        let kept = state.kept().iter().filter(|(block, _)| *block == of).map(|(_, at)| row(true, of, *at));
-        let witnesses = state.witnesses().iter().filter(|(block, _)| *block == of).map(|(_, at)| row(false, of, *at));
+        let kept = state.kept().iter().filter(|(block, _)| *block == of).map(|(_, at)| row(true, &block.table, *at));
+        let witnesses =
+            state.witnesses().iter().filter(|(block, _)| *block == of).map(|(_, at)| row(false, &block.table, *at));
         rows.insert(block.measurement.name.clone(), json!(witnesses.chain(kept).collect::<Vec<_>>()));
     }
     let absorbed = state.absorbed();
@@ -164,17 +164,15 @@ impl Saved {
         let mut places = Vec::new();
         for (name, rows) in self.rows.iter().filter(|(_, rows)| !rows.is_empty()) {
             let index = session.measurement(name)?;
-            let declared = &session.program.measurements[index];
+            let declared = session.program.measurement(index)?;
             let (keys, inputs) = (declared.keys.len(), declared.inputs.len());
             if rows.iter().any(|row| row.names.len() != keys || row.readings.len() != inputs) {
                 return Err(bad(&self.file, format!("rows of `{name}` have not as many numbers as the model"), ANEW));
             }
-            let block = super::sequential::table_of(tables, index, declared);
-            let table = &mut tables[block].1;
+            let (block, table) = super::sequential::table_of(tables, index, declared);
             table.begin(&self.file);
             for row in rows {
-                let names: Vec<&str> = row.names.iter().map(String::as_str).collect();
-                table.push(&names, &row.readings, None);
+                table.put(row.names.iter().map(String::as_str), &row.readings, None);
                 places.push((row.kept, (block, table.rows() - 1)));
             }
         }
@@ -192,9 +190,8 @@ impl Saved {
             let (then, now) = (of(&self.weights, &self.loss), of(problem.weights.name(), &problem.robust_name()));
             return Err(bad(&self.file, format!("its weights were {then}, and are {now}"), hint));
         }
-        let name = |c: usize| problem.layout.coordinates[c].name.as_str();
-        let known = |c: &&usize| self.start.iter().any(|(known, _)| known == name(**c));
-        let now: Vec<&str> = problem.free.iter().filter(known).map(|&c| name(c)).collect();
+        let known = |name: &&str| self.start.iter().any(|(known, _)| known == name);
+        let now: Vec<&str> = problem.free_coordinates().map(|c| c.name.as_str()).filter(known).collect();
         let differs = now.iter().find(|name| !self.free.iter().any(|free| free == *name));
         let differs =
             differs.copied().or_else(|| self.free.iter().map(String::as_str).find(|free| !now.contains(free)));
@@ -204,18 +201,20 @@ impl Saved {
         let point = |from: &Point| {
             let mut point = problem.start.clone();
             for (name, value) in from {
-                if let Some(c) = problem.layout.find(name) {
-                    point[c] = *value;
+                if let Some(known) = problem.layout.find(name).and_then(|c| point.get_mut(c)) {
+                    *known = *value;
                 }
             }
             point
         };
         let n = problem.free.len();
-        let place = problem.places();
+        let places_of_free = problem.places();
         let absorbed = match &self.absorbed {
             None => Absorbed::new(point(&self.start), n),
             Some(found) => {
-                let column = |name: &String| problem.layout.find(name).and_then(|c| place[c]).unwrap_or(n);
+                // a coordinate that is not free has no column: the factor refuses one beyond all
+                let column =
+                    |name: &String| problem.layout.find(name).and_then(|c| *places_of_free.get(c)?).unwrap_or(n);
                 let columns: Vec<usize> = self.free.iter().map(column).collect();
                 let information = found.information.embedded(n, &columns);
                 let wrong = |error: LinalgError| bad(&self.file, error.to_string(), ANEW);

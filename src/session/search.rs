@@ -57,8 +57,10 @@ fn infeasible(problem: &Problem, conflict: &[Restriction]) -> Diagnostic {
     let constraints: Vec<_> = problem.constrained().collect();
     let units = &problem.program.units;
     let bound = |j: usize, sign: &str, of: fn(&crate::problem::Coordinate) -> f64| {
-        let coordinate = &problem.layout.coordinates[problem.free[j]];
-        format!("`{} {sign} {}`", coordinate.name, units.shown(of(coordinate), coordinate.dimension))
+        let shown = |coordinate: &crate::problem::Coordinate| {
+            format!("`{} {sign} {}`", coordinate.name, units.shown(of(coordinate), coordinate.dimension))
+        };
+        problem.free_coordinates().nth(j).map_or_else(|| format!("a bound of parameter {}", j + 1), shown)
     };
     let name = |restriction: &Restriction| match *restriction {
         Restriction::Lower(j) => bound(j, ">=", |c| c.min),

@@ -24,6 +24,13 @@ pub struct Sequence {
 /// Rows that are taken in together where nobody looks in between.
 const TOGETHER: usize = 64;
 
+/// Rows that were read, and the measurement whose rows come by standard input.
+#[derive(Debug)]
+pub struct Coming {
+    tables: Vec<(usize, Table)>,
+    piped: Option<String>,
+}
+
 /// Rows taken in one after the other, and what is known after them.
 pub struct Running<'s, 't> {
     session: &'s Session,
@@ -37,12 +44,18 @@ pub struct Running<'s, 't> {
     rows: usize,
 }
 
-/// The number of a measurement's table, which is added where there is none.
-pub(super) fn table_of(tables: &mut Vec<(usize, Table)>, index: usize, declared: &Measurement) -> usize {
-    tables.iter().position(|(known, _)| *known == index).unwrap_or_else(|| {
+/// A measurement's table and its number; it is added where there is none.
+#[allow(clippy::indexing_slicing, reason = "the number is that of a table just found or added")]
+pub(super) fn table_of<'t>(
+    tables: &'t mut Vec<(usize, Table)>,
+    index: usize,
+    declared: &Measurement,
+) -> (usize, &'t mut Table) {
+    let number = tables.iter().position(|(known, _)| *known == index).unwrap_or_else(|| {
         tables.push((index, Table::new(declared.keys.len(), declared.inputs.len())));
         tables.len() - 1
-    })
+    });
+    (number, &mut tables[number].1)
 }
 
 impl<'s, 't> Running<'s, 't> {
@@ -58,12 +71,11 @@ impl<'s, 't> Running<'s, 't> {
         Running { session, options, sequence, tell, problem, state, files, warnings, rows: 0 }
     }
 
-    /// Takes in all rows of the saved states and of the files, those of standard input last and as they come. Saved states take the
-    /// place of the model's own files.
+    /// Reads the rows of files, to be [taken in](Self::take_in). Saved states take the place of the model's own files.
     ///
     /// # Errors
-    /// All mistakes of names, data, states and options, or the first row that cannot be used; rows before it are taken in.
-    pub fn run(&mut self, choice: &Choice) -> Result<(), Diagnostics> {
+    /// All mistakes of names, data and options.
+    pub fn read(&mut self, choice: &Choice) -> Result<Coming, Diagnostics> {
         let mut piped = choice.clone();
         piped.files.retain(|(_, file)| file == STANDARD_INPUT);
         let files = choice.files.iter().filter(|(_, file)| file != STANDARD_INPUT).cloned().collect();
@@ -79,9 +91,17 @@ impl<'s, 't> Running<'s, 't> {
             false => others.read(self.session, &mut self.warnings).ok_or_else(|| self.warnings.clone())?,
         };
         self.files = chosen.files;
-        self.begin(chosen.tables)?;
-        match piped.files.first() {
-            Some((name, _)) => self.follow(name),
+        Ok(Coming { tables: chosen.tables, piped: piped.files.into_iter().next().map(|(name, _)| name) })
+    }
+
+    /// Takes in all rows of the saved states and of the files, those of standard input last and as they come, until it is stopped.
+    ///
+    /// # Errors
+    /// Mistakes of states and options, or the first row that cannot be used; rows before it are taken in.
+    pub fn take_in(&mut self, coming: Coming) -> Result<(), Diagnostics> {
+        self.begin(coming.tables)?;
+        match &coming.piped {
+            Some(name) => self.follow(name),
             None => Ok(()),
         }
     }
@@ -106,11 +126,11 @@ impl<'s, 't> Running<'s, 't> {
         }
         let mut rows = Vec::new();
         for (index, table) in files {
-            let block = table_of(&mut tables, index, &session.program.measurements[index]);
-            let before = tables[block].1.rows();
-            let appended = tables[block].1.append(&table);
-            appended.map_err(|error| self.stop(Table::unreadable(&error)))?;
-            rows.extend((before..tables[block].1.rows()).map(|row| (block, row)));
+            let declared = session.program.measurement(index).map_err(|found| self.stop(*found))?;
+            let (block, all) = table_of(&mut tables, index, declared);
+            let before = all.rows();
+            all.append(&table).map_err(|error| self.stop(Table::unreadable(&error)))?;
+            rows.extend((before..all.rows()).map(|row| (block, row)));
         }
         if tables.is_empty() {
             return Ok(());
@@ -129,7 +149,7 @@ impl<'s, 't> Running<'s, 't> {
         self.rows = merged.as_ref().map_or(0, taken);
         self.state = merged;
         let mut rest = &rows[..];
-        while !rest.is_empty() {
+        while !rest.is_empty() && !self.options.execution.stopped() {
             let (some, more) = rest.split_at(self.together().min(rest.len()));
             self.take(some).map_err(|found| self.stop(*found))?;
             rest = more;
@@ -184,7 +204,9 @@ impl<'s, 't> Running<'s, 't> {
         let index = session.measurement(name).map_err(|found| self.stop(*found))?;
         let mut found = Diagnostics::new();
         let mut refused = None;
-        let read = data::follow(&session.program, index, &mut found, &mut |row| match self.piped(index, row) {
+        let execution = self.options.execution.clone();
+        let stop = move || execution.stopped();
+        let read = data::follow(&session.program, index, &mut found, &stop, &mut |row| match self.piped(index, row) {
             Ok(()) => true,
             Err(why) => {
                 refused = Some(why);
@@ -211,7 +233,7 @@ impl<'s, 't> Running<'s, 't> {
 
     /// Takes in a row of standard input: a table of it alone.
     fn piped(&mut self, index: usize, row: &Table) -> Result<(), Diagnostics> {
-        let declared = &self.session.program.measurements[index];
+        let declared = self.session.program.measurement(index).map_err(|found| self.stop(*found))?;
         let names: Vec<&str> = (0..declared.keys.len()).map(|k| row.key(0, k)).collect();
         let readings = row.row(0);
         let pushed = self.problem.as_mut().and_then(|p| p.push(index, &names, &readings, row.place(0).line));
@@ -230,9 +252,9 @@ impl<'s, 't> Running<'s, 't> {
         let before = self.problem.take();
         let tables = before.iter().flat_map(|p| p.blocks.iter().map(|b| (b.index, Table::clone(&b.table))));
         let mut tables: Vec<(usize, Table)> = tables.collect();
-        let block = table_of(&mut tables, index, declared);
-        tables[block].1.append(row).map_err(|error| self.stop(Table::unreadable(&error)))?;
-        let at = (block, tables[block].1.rows() - 1);
+        let (block, all) = table_of(&mut tables, index, declared);
+        all.append(row).map_err(|error| self.stop(Table::unreadable(&error)))?;
+        let at = (block, all.rows().saturating_sub(1));
         let bound = self.bind(tables);
         if bound.is_err() {
             self.problem = before;
@@ -274,14 +296,16 @@ fn among_more(state: State, before: &Problem, after: &Problem) -> Result<State, 
     let point = |from: &Vec<f64>| {
         let mut point = after.start.clone();
         to.iter().zip(from).for_each(|(to, value)| {
-            if let Some(to) = to {
-                point[*to] = *value;
+            if let Some(known) = to.and_then(|to| point.get_mut(to)) {
+                *known = *value;
             }
         });
         point
     };
     let n = after.free.len();
-    let columns: Vec<usize> = before.free.iter().map(|&c| to[c].and_then(|c| place[c]).unwrap_or(n)).collect();
+    // what is not free any more has no column: the factor refuses one beyond all
+    let column = |c: &usize| to.get(*c).copied().flatten().and_then(|c| *place.get(c)?).unwrap_or(n);
+    let columns: Vec<usize> = before.free.iter().map(column).collect();
     let embedded = state.embedded(point, |information| information.embedded(n, &columns));
     embedded.map_err(|error| Undefined::from(error).0)
 }

@@ -17,7 +17,7 @@ use super::design::design;
 use crate::diag::{Code, Diagnostic};
 use crate::fit::{Minimum, Starts};
 use crate::linalg::{SquareRootInformation, norm};
-use crate::problem::{Problem, Undefined};
+use crate::problem::{Coordinate, Problem, Undefined};
 use crate::solve::LeastSquares;
 use crate::unit::Dimension;
 
@@ -52,8 +52,10 @@ pub struct Ended {
 /// A minimum that some start found first.
 struct Known {
     end: Ended,
-    /// the starts that ended here
-    starts: Vec<usize>,
+    /// the first start that ended here
+    first: usize,
+    /// how many did
+    count: usize,
     information: SquareRootInformation,
     /// orthonormal, in tolerances
     invisible: Vec<Vec<f64>>,
@@ -85,16 +87,20 @@ pub fn compare_starts(
         search(&from)
     });
     let mut starts = Starts { total: points.len(), ..Starts::default() };
-    starts.not_varied = design.not_varied.iter().map(|&c| problem.layout.coordinates[c].name.clone()).collect();
+    starts.not_varied =
+        design.not_varied.iter().filter_map(|&c| problem.layout.coordinates.get(c)).map(|c| c.name.clone()).collect();
     let mut known: Vec<Known> = Vec::new();
-    let mut first_error = None;
+    let (mut first_error, mut farthest) = (None, None::<Ended>);
     for (number, end) in ends.into_iter().enumerate() {
         match end {
             Err(found) => {
                 starts.undefined += 1;
                 first_error.get_or_insert(found);
             }
-            Ok(end) if !end.converged || !end.cost.is_finite() => {}
+            Ok(end) if !end.converged || !end.cost.is_finite() => {
+                let lowest = farthest.as_ref().map_or(f64::INFINITY, |other| other.cost);
+                farthest = if end.cost < lowest { Some(end) } else { farthest };
+            }
             Ok(end) => {
                 starts.converged += 1;
                 sort_in(problem, &mut known, end, number);
@@ -106,29 +112,38 @@ pub fn compare_starts(
     if let Some(lowest) = known.first() {
         let equal = lowest.end.cost * (1.0 + SAME_COST) + 0.5 * lowest.rounding(problem).powi(2);
         let of = known.iter().enumerate().filter(|(_, minimum)| minimum.end.cost <= equal);
-        let first = of.min_by_key(|(_, minimum)| minimum.starts[0]).map_or(0, |(at, _)| at);
-        known[..=first].rotate_right(1);
+        let first = of.min_by_key(|(_, minimum)| minimum.first).map_or(0, |(at, _)| at);
+        let best = known.remove(first);
+        known.insert(0, best);
     }
     let Some(best) = known.first() else {
         return match first_error {
             Some(found) if starts.undefined == starts.total => Err(found),
+            // a search that was cut short is worth going on from
+            _ if problem.execution.stopped() => {
+                Ok((farthest.map_or_else(|| points.swap_remove(0), |end| end.point), starts))
+            }
             _ => Ok((points.swap_remove(0), starts)),
         };
     };
-    starts.agreed = best.starts.len();
+    starts.agreed = best.count;
     let shown = differing(problem, &known);
     let reach = best.reach(problem);
     starts.minima = known
         .iter()
         .map(|minimum| Minimum {
             cost: minimum.end.cost,
-            count: minimum.starts.len(),
-            declared: minimum.starts[0] == 0,
+            count: minimum.count,
+            declared: minimum.first == 0,
             as_good: minimum.end.cost - best.end.cost <= reach,
-            at: shown.iter().map(|&c| reported(problem, c, &minimum.end.point)).collect(),
+            at: reported(problem, &shown, &minimum.end.point),
         })
         .collect();
-    let from = best.starts[0];
+    // nobody will search from there again where it is time to stop
+    if problem.execution.stopped() {
+        return Ok((best.end.point.clone(), starts));
+    }
+    let from = best.first;
     Ok((points.swap_remove(from), starts))
 }
 
@@ -140,9 +155,9 @@ fn sort_in(problem: &Problem, known: &mut Vec<Known>, end: Ended, number: usize)
     });
     // it has converged there, so there is a linearisation
     let Ok((information, invisible)) = found else { return };
-    let new = Known { end, starts: vec![number], information, invisible };
+    let new = Known { end, first: number, count: 1, information, invisible };
     match known.iter_mut().find(|known| known.is(problem, &new)) {
-        Some(same) => same.starts.push(number),
+        Some(same) => same.count += 1,
         None => known.push(new),
     }
 }
@@ -198,23 +213,30 @@ impl Known {
 /// From one point to another, by free coordinate; of angles what is left of whole turns.
 fn way(problem: &Problem, from: &[f64], to: &[f64]) -> Vec<f64> {
     let all = problem.difference(from, to);
-    let of = |&c: &usize| match problem.layout.coordinates[c].dimension {
-        Dimension::ANGLE => all[c] - TAU * (all[c] / TAU).round(),
-        _ => all[c],
+    let of = |(coordinate, way): (&Coordinate, f64)| match coordinate.dimension {
+        Dimension::ANGLE => way - TAU * (way / TAU).round(),
+        _ => way,
     };
-    problem.free.iter().map(of).collect()
+    problem.free_coordinates().zip(problem.of_free(&all)).map(of).collect()
 }
 
-/// The free coordinates by which the minima differ by more than their tolerances; all where there are none.
-fn differing(problem: &Problem, known: &[Known]) -> Vec<usize> {
+/// By free coordinate, whether the minima differ in it by more than its tolerance; all where they differ in none.
+fn differing(problem: &Problem, known: &[Known]) -> Vec<bool> {
     let Some((best, others)) = known.split_first() else { return Vec::new() };
     let ways: Vec<Vec<f64>> = others.iter().map(|other| way(problem, &best.end.point, &other.end.point)).collect();
-    let far = |j: usize| ways.iter().any(|way| way[j].abs() > problem.scale()[j]);
-    let found: Vec<usize> = (0..problem.free.len()).filter(|&j| far(j)).map(|j| problem.free[j]).collect();
-    if found.is_empty() { problem.free.clone() } else { found }
+    let scale = problem.scale();
+    let mut found = vec![false; scale.len()];
+    for way in &ways {
+        found.iter_mut().zip(way.iter().zip(scale)).for_each(|(far, (way, scale))| *far |= way.abs() > *scale);
+    }
+    if found.contains(&true) { found } else { vec![true; scale.len()] }
 }
 
-fn reported(problem: &Problem, c: usize, point: &[f64]) -> (String, f64) {
-    let coordinate = &problem.layout.coordinates[c];
-    (coordinate.name.clone(), problem.program.units.to_reported(point[c], coordinate.dimension))
+/// The free coordinates that are to be shown, at a point.
+fn reported(problem: &Problem, shown: &[bool], point: &[f64]) -> Vec<(String, f64)> {
+    let all = problem.free_coordinates().zip(problem.of_free(point)).zip(shown);
+    let told = |(coordinate, value): (&Coordinate, f64)| {
+        (coordinate.name.clone(), problem.program.units.to_reported(value, coordinate.dimension))
+    };
+    all.filter(|(_, shown)| **shown).map(|(of, _)| told(of)).collect()
 }

@@ -87,6 +87,10 @@ impl<L: LeastSquares> LeastSquares for Timed<'_, L> {
         self.problem.bounds(q)
     }
 
+    fn stopped(&self) -> bool {
+        self.problem.stopped()
+    }
+
     fn constraints(&self, q: &L::Point) -> Result<Vec<Constraint>, L::Error> {
         self.timed(|| self.problem.constraints(q))
     }
