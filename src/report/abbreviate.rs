@@ -42,7 +42,7 @@ fn worth(pieces: &[(String, Expr)], long: usize, most: usize) -> Option<Expr> {
         });
     }
     let mut inside: Vec<String> = Vec::new();
-    pieces[long].1.children().for_each(|child| child.visit(|part| inside.push(print(part))));
+    pieces.get(long)?.1.children().for_each(|child| child.visit(|part| inside.push(print(part))));
     inside.sort();
     inside.dedup();
     let saved = |text: &String| (seen.get(text).map_or(0, |(count, _)| count - 1)) * text.len();

@@ -8,7 +8,7 @@ use super::count;
 use super::fit::unit;
 use super::number::significant;
 use super::table::{Align, Grid};
-use crate::compile::{Constraint, Measurement, Parameter, Program, Role, Setting, Sigma};
+use crate::compile::{Constraint, Measurement, Parameter, Program, Role, Scenario, Setting, Sigma, Simulation};
 use crate::diag;
 use crate::problem;
 use crate::session::Session;
@@ -30,19 +30,21 @@ struct Row {
 fn rows_of(program: &Program, parameter: &Parameter) -> Vec<Row> {
     let mut rows = Vec::new();
     let mut add = |base: String, setting: &Setting| {
-        for (k, suffix) in parameter.shape.suffixes().iter().enumerate() {
-            let dimension = parameter.dimensions[k];
+        let bounds = setting.min.iter().zip(&setting.max);
+        let numbers = setting.nominal.iter().zip(bounds).zip(setting.sigma.iter().zip(&setting.tolerance));
+        let components = parameter.shape.suffixes().iter().zip(&parameter.dimensions);
+        for ((suffix, &dimension), ((&nominal, (&min, &max)), (sigma, &tolerance))) in components.zip(numbers) {
             let reported = |value: f64| program.units.to_reported(value, dimension);
             let bound = |value: f64| value.is_finite().then(|| reported(value));
             rows.push(Row {
                 name: format!("{base}{suffix}"),
                 role: setting.role,
-                nominal: reported(setting.nominal[k]),
+                nominal: reported(nominal),
                 unit: program.units.symbol(dimension),
-                min: bound(setting.min[k]),
-                max: bound(setting.max[k]),
-                sigma: setting.sigma[k].map(reported),
-                tolerance: reported(setting.tolerance[k]),
+                min: bound(min),
+                max: bound(max),
+                sigma: sigma.map(reported),
+                tolerance: reported(tolerance),
             });
         }
     };
@@ -76,7 +78,8 @@ fn units(program: &Program) -> Vec<(&'static str, String)> {
 /// The unit of a column, as the model says it.
 fn column_unit(session: &Session, measurement: &Measurement, input: usize) -> String {
     let declared = session.model.measurements.get(&measurement.name);
-    let found = declared.and_then(|m| m.inputs.get(&measurement.inputs[input].name)).and_then(|i| i.unit.as_ref());
+    let input = measurement.inputs.get(input).zip(declared).and_then(|(input, all)| all.inputs.get(&input.name));
+    let found = input.and_then(|input| input.unit.as_ref());
     found.map_or_else(|| "1".into(), |text| text.value.clone())
 }
 
@@ -84,12 +87,18 @@ fn parameters_used<'p>(program: &'p Program, measurement: &Measurement) -> Vec<&
     let mut used: Vec<usize> = measurement.slots.iter().map(|slot| slot.parameter).collect();
     used.sort_unstable();
     used.dedup();
-    used.into_iter().map(|index| program.parameters[index].name.as_str()).collect()
+    used.into_iter().filter_map(|index| program.parameters.get(index)).map(|p| p.name.as_str()).collect()
 }
 
 fn operations(program: &Program, measurement: &Measurement) -> Value {
     let counts = problem::operations(program, measurement);
     json!({ "per_iteration": counts.per_iteration, "per_row": counts.per_row })
+}
+
+/// What a scenario measures, and how many rows of it.
+fn simulated<'p>(program: &'p Program, scenario: &'p Scenario) -> impl Iterator<Item = (&'p str, usize)> {
+    let name = |m: &Simulation| program.measurements.get(m.measurement).map(|known| known.name.as_str());
+    scenario.measurements.iter().filter_map(move |m| Some((name(m)?, m.rows)))
 }
 
 /// The summary as JSON.
@@ -109,10 +118,7 @@ pub fn check_json(session: &Session) -> Value {
         .scenarios
         .iter()
         .map(|s| {
-            let simulated = s.measurements.iter().map(|m| {
-                let name = &program.measurements[m.measurement].name;
-                json!({ "name": name, "rows": m.rows })
-            });
+            let simulated = simulated(program, s).map(|(name, rows)| json!({ "name": name, "rows": rows }));
             json!({ "name": s.name, "seed": s.seed, "measurements": simulated.collect::<Vec<_>>() })
         })
         .collect();
@@ -230,11 +236,9 @@ pub fn check_text(session: &Session) -> String {
         out.push_str(&measurement_text(session, m));
     }
     for scenario in &program.scenarios {
-        let rows = scenario
-            .measurements
-            .iter()
-            .map(|m| format!("{} of `{}`", count(m.rows, "row", "rows"), program.measurements[m.measurement].name));
-        let rows: Vec<String> = rows.collect();
+        let rows = simulated(program, scenario);
+        let rows: Vec<String> =
+            rows.map(|(name, rows)| format!("{} of `{name}`", count(rows, "row", "rows"))).collect();
         let _ = writeln!(out, "\nScenario `{}`: {}, seed {}", scenario.name, rows.join(", "), scenario.seed);
     }
     out

@@ -52,9 +52,13 @@ pub fn comparison_text(files: [&str; 2], agreement: &Agreement, nested: &Result<
     out + &grid.text("  ")
 }
 
+fn smaller_first<'f>([one, other]: [&'f str; 2], found: &Nested) -> [&'f str; 2] {
+    if found.smaller == 0 { [one, other] } else { [other, one] }
+}
+
 fn nested_text(files: [&str; 2], found: &Nested) -> String {
     let mut out = String::new();
-    let (small, large) = (files[found.smaller], files[1 - found.smaller]);
+    let [small, large] = smaller_first(files, found);
     let more = count(found.between, "parameter", "parameters");
     let verdict = match found.by_chance() {
         Some(chance) if chance < CHANCE => {
@@ -91,7 +95,7 @@ pub fn comparison_json(files: [&str; 2], agreement: &Agreement, nested: &Result<
         Err(why) => json!({ "comparable": false, "why": why }),
         Ok(found) => json!({
             "comparable": true,
-            "smaller": files[found.smaller],
+            "smaller": smaller_first(files, found)[0],
             "parameters_between": found.between,
             "f": test(found.f),
             "likelihood_ratio": test(found.likelihood_ratio),

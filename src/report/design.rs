@@ -70,14 +70,10 @@ pub fn design_text(found: &Design, session: &Session, told: &Told) -> String {
         let _ = writeln!(out, "{}", confirmation(confirmed));
     }
     let _ = writeln!(out, "\n{} ({})", session.program.name, session.path.display());
-    let by: Vec<String> = found
-        .chosen()
-        .iter()
-        .map(|(block, rows, _)| {
-            let block = &found.problem.blocks[*block];
-            format!("{} of {} of {}", rows.len(), count(block.table.rows(), "row", "rows"), block.measurement.name)
-        })
-        .collect();
+    let chosen = |(block, rows, _): (&Block, Vec<usize>, Vec<usize>)| {
+        format!("{} of {} of {}", rows.len(), count(block.table.rows(), "row", "rows"), block.measurement.name)
+    };
+    let by: Vec<String> = chosen_rows(found).map(chosen).collect();
     let _ = writeln!(out, "  candidates: {}; chosen {}", told.candidates, by.join(", "));
     if found.left_out > 0 {
         let _ = writeln!(out, "  {} without consistent inputs left out", count(found.left_out, "row", "rows"));
@@ -218,9 +214,14 @@ fn heads(found: &Design, block: &Block) -> Vec<String> {
     block.measurement.keys.iter().cloned().chain(inputs).collect()
 }
 
+/// The chosen rows of each block: their numbers, and those they were made with.
+fn chosen_rows<'d>(found: &'d Design) -> impl Iterator<Item = (&'d Block<'d>, Vec<usize>, Vec<usize>)> {
+    let all = found.chosen().into_iter();
+    all.filter_map(|(block, rows, made)| Some((found.problem.blocks.get(block)?, rows, made)))
+}
+
 fn rows(out: &mut String, found: &Design) {
-    for (number, rows, made) in found.chosen() {
-        let block = &found.problem.blocks[number];
+    for (block, rows, made) in chosen_rows(found) {
         if rows.is_empty() {
             continue;
         }
@@ -246,13 +247,10 @@ pub fn design_json(found: &Design, told: &Told) -> Value {
     let finite = |value: f64| if value.is_finite() { json!(value) } else { Value::Null };
     let units = &found.problem.program.units;
     let mut measurements = Map::new();
-    for (number, rows, made) in found.chosen() {
-        let block = &found.problem.blocks[number];
+    for (block, rows, made) in chosen_rows(found) {
         let one = |(&row, &made): (&usize, &usize)| {
-            let keys = (0..block.measurement.keys.len()).map(|key| {
-                let name = block.measurement.keys[key].clone();
-                (name, json!(block.table.key(row, key)))
-            });
+            let keys = block.measurement.keys.iter().enumerate();
+            let keys = keys.map(|(key, name)| (name.clone(), json!(block.table.key(row, key))));
             let readings = block.table.row(row);
             let inputs = block.measurement.inputs.iter().zip(readings.iter());
             let inputs = inputs
@@ -288,8 +286,9 @@ pub fn design_json(found: &Design, told: &Told) -> Value {
         })
     });
     let weights = found.picked.weights.iter().zip(&found.origin).filter(|(weight, _)| **weight > 0.0);
-    let relaxed = weights.map(|(weight, (block, _, made))| {
-        json!({"measurement": found.problem.blocks[*block].measurement.name, "row": made + 1, "weight": weight})
+    let relaxed = weights.filter_map(|(weight, (block, _, made))| {
+        let block = found.problem.blocks.get(*block)?;
+        Some(json!({"measurement": block.measurement.name, "row": made + 1, "weight": weight}))
     });
     json!({
         "criterion": found.aim.name(),

@@ -149,15 +149,17 @@ fn outputs(measured: &Evaluated, uncertainties: &Uncertainties) -> String {
         symbol => [format!("{} [{symbol}]", column.name), String::new()],
     });
     for row in 0..measured.rows.min(MOST_ROWS) {
-        let keys = measured.keys.iter().map(|(_, names)| names[row].clone()).collect();
-        line((row + 1).to_string(), keys, &|column, uncertainty| match uncertainty
-            .and_then(|uncertainty| uncertainty.sigma[row])
-        {
-            Some(sigma) => {
-                let (value, sigma) = with_sigma(column.values[row], sigma);
-                [value, format!("± {sigma}")]
+        let keys = measured.keys.iter().map(|(_, names)| names.get(row).cloned().unwrap_or_default()).collect();
+        line((row + 1).to_string(), keys, &|column, uncertainty| {
+            let sigma = uncertainty.and_then(|uncertainty| uncertainty.sigma.get(row).copied().flatten());
+            match (column.values.get(row), sigma) {
+                (Some(&value), Some(sigma)) => {
+                    let (value, sigma) = with_sigma(value, sigma);
+                    [value, format!("± {sigma}")]
+                }
+                (Some(&value), None) => [significant(value, 9), String::new()],
+                (None, _) => Default::default(),
             }
-            None => [significant(column.values[row], 9), String::new()],
         });
     }
     let blank = || measured.keys.iter().map(|_| String::new()).collect();
@@ -204,7 +206,9 @@ pub fn evaluation_json(
         });
         let residuals = m.residuals.iter().zip(&m.residual_values).map(|(residual, values)| {
             let mut object = named(residual);
-            object["values"] = json!(values);
+            if let Value::Object(object) = &mut object {
+                object.insert("values".into(), json!(values));
+            }
             object
         });
         let keys: Map<String, Value> = m.keys.iter().map(|(name, names)| (name.clone(), json!(names))).collect();

@@ -59,9 +59,10 @@ pub fn jacobian_text(jacobians: &[Jacobian], point: &str) -> String {
             jacobian.inputs.len(),
             jacobian.rows.len()
         );
-        for row in 0..jacobian.rows.len() {
+        let derivatives = jacobian.dr_dq.iter().zip(&jacobian.dr_dx);
+        for (row, ((readings, r), of)) in jacobian.rows.iter().zip(&jacobian.r).zip(derivatives).enumerate() {
             let _ = writeln!(out, "\n{}, row {}", jacobian.measurement, row + 1);
-            out.push_str(&row_text(jacobian, row));
+            out.push_str(&row_text(jacobian, readings, r, of));
         }
         out.push('\n');
     }
@@ -69,7 +70,12 @@ pub fn jacobian_text(jacobians: &[Jacobian], point: &str) -> String {
     out
 }
 
-fn row_text(jacobian: &Jacobian, row: usize) -> String {
+fn row_text(
+    jacobian: &Jacobian,
+    readings: &[f64],
+    residuals: &[f64],
+    (by_parameters, by_inputs): (&Vec<Vec<f64>>, &Vec<Vec<f64>>),
+) -> String {
     let mut align = vec![Align::Left, Align::Right, Align::Left];
     align.extend(jacobian.residuals.iter().map(|_| Align::Right));
     let mut grid = Grid::new(&align);
@@ -78,16 +84,16 @@ fn row_text(jacobian: &Jacobian, row: usize) -> String {
         symbol => format!("{name} [{symbol}]"),
     });
     grid.row([String::new(), "value".into(), String::new()].into_iter().chain(heads));
-    let residuals = jacobian.r[row].iter().map(|&r| significant(r, DIGITS));
+    let residuals = residuals.iter().map(|&r| significant(r, DIGITS));
     grid.row(["residual".to_owned(), String::new(), String::new()].into_iter().chain(residuals));
     let mut lines = |names: &[(String, String)], values: &[f64], derivatives: &[Vec<f64>]| {
         for (k, ((name, symbol), &value)) in names.iter().zip(values).enumerate() {
-            let of = derivatives.iter().map(|by| significant(by[k], DIGITS));
+            let of = derivatives.iter().filter_map(|by| by.get(k)).map(|&by| significant(by, DIGITS));
             let head = [format!("d/d {name}"), significant(value, 9), unit(symbol).to_owned()];
             grid.row(head.into_iter().chain(of));
         }
     };
-    lines(&jacobian.parameters, &jacobian.q, &jacobian.dr_dq[row]);
-    lines(&jacobian.inputs, &jacobian.rows[row], &jacobian.dr_dx[row]);
+    lines(&jacobian.parameters, &jacobian.q, by_parameters);
+    lines(&jacobian.inputs, readings, by_inputs);
     grid.text("  ")
 }

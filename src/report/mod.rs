@@ -1,8 +1,9 @@
-//! Results as text for people and JSON for programs. Nothing here computes, and nothing writes: each function gives a whole
+//! Results as text and pages for people and JSON for programs. Nothing here computes, and nothing writes: each function gives a whole
 //! text or value, and the caller decides where it goes.
 
 mod abbreviate;
 mod audit;
+mod chart;
 mod check;
 mod comparison;
 mod coverage;
@@ -18,6 +19,7 @@ mod jacobian;
 mod matrix;
 mod number;
 mod observations;
+mod page;
 mod restraints;
 mod routes;
 mod starts;
@@ -39,6 +41,7 @@ pub use identify::{practice_json, practice_text, structure_json, structure_text}
 pub use jacobian::{jacobian_json, jacobian_text};
 pub use matrix::{matrix_json, matrix_text};
 pub use number::{rounded, significant, with_sigma};
+pub use page::{Page, Reported, page};
 pub use routes::{routes_json, routes_text};
 pub use table::{Align, Grid};
 pub use uncertainty::Predicted;

@@ -39,7 +39,10 @@ pub fn with_sigma(value: f64, sigma: f64) -> (String, String) {
     (fixed(value, decimals), fixed(rounded, decimals))
 }
 
-/// At most so many significant digits, without trailing zeros; a power of ten where the number is very large or small.
+/// More digits say nothing of a double: with so many, each has a text of its own.
+const MOST_DIGITS: usize = 17;
+
+/// At most so many significant digits, and seventeen, without trailing zeros; a power of ten where the number is very large or small.
 ///
 /// ```
 /// use phical::report::significant;
@@ -54,6 +57,7 @@ pub fn significant(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return value.to_string();
     }
+    let digits = digits.min(MOST_DIGITS);
     let text = format!("{value:.*e}", digits.saturating_sub(1));
     let (mantissa, written) = text.split_once('e').unwrap_or((&text, "0"));
     let power: i32 = written.parse().unwrap_or(0);
@@ -66,13 +70,14 @@ pub fn significant(value: f64, digits: usize) -> String {
     trimmed(&fixed(rounded, decimals)).to_owned()
 }
 
-/// So many significant digits, zeros at the end too: for what was measured, where they mean something.
+/// So many significant digits, at most seventeen, zeros at the end too: for what was measured, where they mean something.
 ///
 /// ```
 /// use phical::report::rounded;
 /// assert_eq!((rounded(0.525, 4), rounded(0.0, 4)), ("0.5250".into(), "0".into()));
 /// ```
 pub fn rounded(value: f64, digits: usize) -> String {
+    let digits = digits.min(MOST_DIGITS);
     let short = significant(value, digits);
     let places = short.bytes().filter(u8::is_ascii_digit).count();
     let leading = short.trim_start_matches('-').bytes().take_while(|byte| matches!(byte, b'0' | b'.'));

@@ -41,7 +41,7 @@ fn sentence(starts: &Starts) -> String {
         (agreed, total) => format!("{agreed} of {total} starts {verb}"),
     }];
     let others = starts.minima.get(1..).unwrap_or_default();
-    let shown: &[Minimum] = &others[..others.len().min(MOST_MINIMA)];
+    let (shown, more): (&[Minimum], _) = others.split_at(others.len().min(MOST_MINIMA));
     for minimum in shown {
         let good = if minimum.as_good { " which is as good" } else { "" };
         let cost = significant(minimum.cost, 6);
@@ -58,11 +58,11 @@ fn sentence(starts: &Starts) -> String {
             at.join(", ")
         ));
     }
-    let rest: usize = others[shown.len()..].iter().map(|minimum| minimum.count).sum();
+    let rest: usize = more.iter().map(|minimum| minimum.count).sum();
     if rest > 0 {
-        parts.push(format!("{rest} in {} more", others.len() - shown.len()));
+        parts.push(format!("{rest} in {} more", more.len()));
     }
-    let unsettled = starts.failed() - starts.undefined;
+    let unsettled = starts.failed().saturating_sub(starts.undefined);
     if unsettled > 0 {
         parts.push(format!("{unsettled} did not converge"));
     }

@@ -2,6 +2,9 @@
 
 use std::fmt::Write;
 
+/// Cells that are longer take no part in how wide a column is.
+const WIDEST: usize = 200;
+
 /// On which side the cells of a column stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Align {
@@ -45,15 +48,14 @@ impl Grid {
     /// All rows, each behind `indent`. Nothing stands behind the last cell.
     pub fn text(&self, indent: &str) -> String {
         let length = |cell: &str| cell.chars().count();
-        let width =
-            |k: usize| self.rows.iter().filter_map(|row| row.get(k)).map(|cell| length(cell)).max().unwrap_or(0);
+        let width = |k: usize| self.rows.iter().filter_map(move |row| row.get(k)).map(|cell| length(cell));
+        let width = |k: usize| width(k).max().unwrap_or(0).min(WIDEST);
         let widths: Vec<usize> = (0..self.align.len()).map(width).collect();
         let mut out = String::new();
         for row in &self.rows {
             let mut line = indent.to_owned();
-            for (k, (cell, align)) in row.iter().zip(&self.align).enumerate() {
+            for (k, ((cell, align), &width)) in row.iter().zip(&self.align).zip(&widths).enumerate() {
                 let gap = if k == 0 { "" } else { "  " };
-                let width = widths[k];
                 let _ = match align {
                     Align::Left => write!(line, "{gap}{cell:<width$}"),
                     Align::Right => write!(line, "{gap}{cell:>width$}"),

@@ -129,12 +129,12 @@ fn reason(gap: &Gap, it: &str) -> String {
 }
 
 fn list(names: &[String]) -> String {
-    let shown = names.len().min(MOST_NAMES);
-    match (names.len() - shown, names) {
+    let (shown, more) = names.split_at(names.len().min(MOST_NAMES));
+    match (more.len(), names) {
         (0, []) => String::new(),
         (0, [alone]) => alone.clone(),
         (0, [first @ .., last]) => format!("{} and {last}", first.join(", ")),
-        (more, _) => format!("{} and {more} more", names[..shown].join(", ")),
+        (more, _) => format!("{} and {more} more", shown.join(", ")),
     }
 }
 
