@@ -20,7 +20,7 @@
 //!
 //! text ─[read](model::load())→ [Model](model::Model) ─[compile](compile::compile)→ [Program](compile::Program)
 //! ─[bind](problem::Problem::bind)([data])→ [Problem](problem::Problem) ─[solve](solve::minimise)→
-//! [Solution](solve::Solution) ─[analyse](fit::analyse)→ [Fit](fit::Fit) ─[report]→ text, JSON
+//! [Solution](solve::Solution) ─[analyse](fit::analyse)→ [Fit](fit::Fit) ─[report]→ text, JSON, HTML
 //!
 //! [`session`] joins these, and [`cli`] is the command line over it. The modules, in the order in which data meet them:
 //!
@@ -44,13 +44,16 @@
 //! | [`evaluate`] | residuals, Jacobians, and outputs with their uncertainty, at given values |
 //! | [`identify`] | what data can see, before and after measuring |
 //! | [`emit`](mod@emit) | residuals and derivatives as Rust, C or Python |
+//! | [`survey`](mod@survey) | the rows of a fit as columns to draw, and the instrument as a picture |
 //! | [`session`] | all stages joined |
 //! | [`coverage`](mod@coverage) | whether the stated uncertainties are true |
 //! | [`design`](mod@design) | which rows to measure |
 //! | [`compare`] | two fits side by side |
-//! | [`report`] | text and JSON |
+//! | [`report`] | text, JSON, HTML |
 //! | [`cli`] | the command line |
 //! | `testing` | strategies and assertions for property tests of models, with the feature `proptest` |
+//!
+//! [`guide`](mod@guide) is the user's guide, the same as `docs/`.
 //!
 //! # Example
 //!
@@ -77,7 +80,7 @@
 //! let mut table = Table::new(0, 2);
 //! for k in 0..12 {
 //!     let angle = 0.5 * f64::from(k);
-//!     table.push(&[], &[angle + 0.01 + 0.002 * angle.cos() - 0.003 * angle.sin(), angle], None);
+//!     table.push(&[], &[angle + 0.01 + 0.002 * angle.cos() - 0.003 * angle.sin(), angle], None).expect("two readings");
 //! }
 //! let (problem, _) = Problem::bind(&program, vec![(0, table)], &Options::default())?;
 //! let solution = minimise(&problem, problem.start.clone(), &Settings::default()).expect("it is defined everywhere");
@@ -88,6 +91,18 @@
 //! }
 //! # Ok::<(), phical::diag::Diagnostics>(())
 //! ```
+
+#![cfg_attr(
+    test,
+    allow(
+        clippy::get_unwrap,
+        clippy::panic_in_result_fn,
+        clippy::string_slice,
+        clippy::unreachable,
+        clippy::unwrap_in_result,
+        reason = "a test that cannot go on fails; `clippy.toml` has no settings for these"
+    )
+)]
 
 pub mod audit;
 pub mod cli;
@@ -103,6 +118,7 @@ pub mod eval;
 pub mod evaluate;
 pub mod fit;
 pub mod graph;
+pub mod guide;
 pub mod identify;
 pub mod lang;
 pub mod linalg;
@@ -114,6 +130,7 @@ pub mod simd;
 pub mod simulate;
 pub mod solve;
 pub mod statistics;
+pub mod survey;
 pub mod symbolic;
 #[cfg(feature = "proptest")]
 pub mod testing;

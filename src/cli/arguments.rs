@@ -46,11 +46,10 @@ pub(super) fn scenario_rows<'s>(
 
 /// A parameter, and the value it is held at: `P` or `P=V`. A member's key may contain the sign, as in `socket[a=b].x=1`.
 pub(super) fn fix(text: &str) -> Result<(String, Option<String>), String> {
-    let name_ends = text.rfind(']').unwrap_or(0);
-    let (name, value) = match text[name_ends..].split_once('=') {
-        Some((rest, value)) => (&text[..name_ends + rest.len()], Some(value)),
-        None => (text, None),
-    };
+    let (_, rest) = text.split_at(text.rfind(']').unwrap_or(0));
+    let value = rest.split_once('=').map(|(_, value)| value);
+    let without_value = |value: &str| text.strip_suffix(value)?.strip_suffix('=');
+    let name = value.and_then(without_value).unwrap_or(text);
     if name.is_empty() || value.is_some_and(|value| value.trim().is_empty()) {
         return Err("write PARAMETER or PARAMETER=VALUE, such as L1.b=\"0.2 mm\"".into());
     }
@@ -156,6 +155,13 @@ impl Robustness {
 /// The value, or its mistake among the others.
 pub(super) fn collect<T>(found: Result<T, Box<Diagnostic>>, mistakes: &mut Diagnostics) -> Option<T> {
     found.map_err(|mistake| mistakes.push(*mistake)).ok()
+}
+
+/// A number of threads.
+pub(super) fn threads(text: &str) -> Result<usize, String> {
+    /// Machines have fewer cores, and each thread takes memory.
+    const MOST: usize = 1024;
+    text.parse().ok().filter(|threads| *threads <= MOST).ok_or_else(|| format!("write a number up to {MOST}"))
 }
 
 #[cfg(test)]

@@ -5,19 +5,23 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
-use super::arguments::{Chosen, Robustness, Weighting, collect, data};
+use super::arguments::{Chosen, Robustness, Weighting, collect, data, threads};
 use super::far::FromAfar;
+use super::interrupt::Interrupt;
 use super::observations::write_observations;
-use super::progress::Progress;
+use super::progress::{Progress, reading};
+use super::report::Paper;
 use super::sequential::OneByOne;
 use super::solving::Solving;
 use super::{Format, Outcome, pretty};
-use crate::data::Output;
-use crate::diag::Diagnostics;
+use crate::data::{Output, Written};
+use crate::diag::{Code, Diagnostic, Diagnostics};
+use crate::fit::{Document, JointUncertainty};
 use crate::problem::{Execution, Options};
 use crate::report::{fit_text, hold_out_json, hold_out_text};
-use crate::session::{Choice, Procedure, Search, Session, Values, calibrate_by, hold_out};
+use crate::session::{Choice, Looked, Procedure, Search, Session, Values, calibrate_by, hold_out};
 use crate::simd::InstructionSet;
+use crate::solve::Status;
 
 #[derive(Debug, Args)]
 pub(super) struct Calibrate {
@@ -39,7 +43,7 @@ pub(super) struct Calibrate {
     #[command(flatten)]
     far: FromAfar,
     /// Threads; 0 is as many as there are cores. The result is the same for any number
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads)]
     threads: usize,
     #[command(flatten)]
     loss: Robustness,
@@ -60,10 +64,12 @@ pub(super) struct Calibrate {
     /// Write the fit as JSON
     #[arg(long, value_name = "FIT.json")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    paper: Paper,
 }
 
 impl Calibrate {
-    pub(super) fn run(self, format: Format) -> Result<Outcome, Diagnostics> {
+    pub(super) fn run(self, format: Format, interrupt: &Interrupt) -> Result<Outcome, Diagnostics> {
         let mut mistakes = Diagnostics::new();
         let search = collect(self.solving.search(), &mut mistakes).unwrap_or_default();
         collect(self.one_by_one.fit(&self.solving), &mut mistakes);
@@ -78,26 +84,36 @@ impl Calibrate {
                 return Err(mistakes);
             }
         };
-        let execution = Execution::new(InstructionSet::detect(), self.threads);
+        let execution = Execution::new(InstructionSet::detect(), self.threads).until(&interrupt.stop());
         let selection = self.chosen.selection(start.as_ref());
         let options = Options { weights, selection, robust, execution, ..Options::default() };
-        let choice = Choice { files: self.data.clone(), ..Choice::default() };
+        let choice = Choice { files: self.data.clone(), watch: reading(), ..Choice::default() };
         let bound = match self.solving.is_sequential() {
-            true => self.one_by_one.run(&session, &choice, options, format)?,
+            true => self.one_by_one.run(&session, &choice, options, format, interrupt)?,
             false => session.bind(&choice, &options)?,
         };
         let out = self.out.as_deref().map(Output::open).transpose().map_err(|found| Diagnostics::from(*found))?;
 
+        let paper = self.paper.open()?;
+
+        interrupt.heed();
         let progress = Progress::new();
         let procedure = self.procedure(search);
         let tell = |iteration, cost| progress.tell(iteration, cost);
         let (mut calibration, problem) = calibrate_by(&bound, &procedure, &tell)?;
         drop(progress);
-        if let Some(directory) = &self.observations {
-            write_observations(directory, &problem, &calibration.fit)?;
-        }
+        let mut written = match &self.observations {
+            Some(directory) => write_observations(directory, &problem, &calibration.fit)?,
+            None => Vec::new(),
+        };
         let held_out = self.folds.map(|folds| hold_out(&bound.problem, &procedure, folds, &calibration.fit.point));
         let held_out = held_out.transpose().map_err(|found| Diagnostics::from(*found))?;
+        let whole = held_out.as_ref().is_none_or(Option::is_some);
+        if !whole && calibration.fit.status != Status::Interrupted {
+            let message = "interrupted: the fit is done, and how well rows are predicted is not";
+            calibration.fit.warnings.push(Diagnostic::warning(Code::Interrupted, message));
+        }
+        let held_out = held_out.flatten();
         calibration.file.hold_out = held_out.as_ref().map_or(Value::Null, hold_out_json);
         let solver = if problem.constrained().len() > 0 { "clarabel" } else { "lm" };
         let options = self.options(calibration.fit.weights.name(), solver);
@@ -105,8 +121,15 @@ impl Calibrate {
         let fit = &calibration.fit;
         let json = || calibration.file.json(fit);
         if let Some(out) = out {
-            out.finish(|out| out.write_all(pretty(&json()).as_bytes())).map_err(|found| Diagnostics::from(*found))?;
+            let fit = out.write(|out| out.write_all(pretty(&json()).as_bytes()));
+            written.push(fit.map_err(|found| Diagnostics::from(*found))?);
         }
+        if let Some(paper) = paper {
+            let document = Document::of("the fit", &json()).map_err(|found| Diagnostics::from(*found))?;
+            let looked = Looked::at(&problem, &fit.point, &document, Some(&JointUncertainty::of(fit)));
+            written.extend(paper.write(document, looked, session.directory())?.files);
+        }
+        written.into_iter().try_for_each(Written::put).map_err(|found| Diagnostics::from(*found))?;
         let mut outcome = Outcome::new(
             format,
             || fit_text(fit, &bound) + &held_out.as_ref().map_or(String::new(), hold_out_text),
@@ -115,7 +138,7 @@ impl Calibrate {
         if format == Format::Json && self.one_by_one.in_lines() {
             outcome.output = format!("{}\n", json());
         }
-        Ok(outcome.trusted(fit.verdict().trustworthy()).warned(fit.warnings.clone()))
+        Ok(outcome.trusted(whole && fit.verdict().trustworthy()).warned(fit.warnings.clone()))
     }
 
     fn procedure(&self, search: Search) -> Procedure {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::arguments::data;
+use super::progress::reading;
 use super::{Format, Outcome};
 use crate::compare::{agreement, nested};
 use crate::diag::Diagnostics;
@@ -43,10 +44,10 @@ impl Compare {
         free.sort();
         free.dedup();
         let selection = Selection { free: free.clone(), start: values[0].values.clone(), ..Selection::default() };
-        let choice = Choice { files: self.data.clone(), ..Choice::default() };
+        let choice = Choice { files: self.data.clone(), watch: reading(), ..Choice::default() };
         let mut bound = session.bind(&choice, &Options { selection, ..Options::default() })?;
-        let name = |c: usize| &bound.problem.layout.coordinates[c].name;
-        let estimated = bound.problem.free.iter().copied().filter(|&c| free.binary_search(name(c)).is_ok()).collect();
+        let all = bound.problem.free.iter().zip(bound.problem.free_coordinates());
+        let estimated = all.filter(|(_, c)| free.binary_search(&c.name).is_ok()).map(|(&c, _)| c).collect();
         bound.problem = bound.problem.with_free(estimated);
         let points = [point(&bound.problem, &values[0].values), point(&bound.problem, &values[1].values)];
         let stop = |Undefined(found): Undefined| -> Diagnostics { (*found).into() };

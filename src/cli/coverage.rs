@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Map, Value, json};
 
-use super::arguments::{Chosen, Robustness, Weighting, collect, rows, scenario_rows};
+use super::arguments::{Chosen, Robustness, Weighting, collect, rows, scenario_rows, threads};
+use super::interrupt::Interrupt;
 use super::progress::Counted;
 use super::{Format, Outcome};
 use crate::coverage::{Options, coverage};
@@ -26,7 +27,7 @@ pub(super) struct Coverage {
     #[arg(long, value_name = "M=N", value_parser = rows)]
     rows: Vec<(String, usize)>,
     /// How many times the scenario is simulated and fitted
-    #[arg(long, value_name = "K", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "K", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     seeds: u64,
     /// The seed of the first run; the others follow [default: the scenario's]
     #[arg(long, value_name = "FIRST")]
@@ -45,12 +46,12 @@ pub(super) struct Coverage {
     #[command(flatten)]
     loss: Robustness,
     /// Threads; 0 is as many as there are cores. The result is the same for any number
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads)]
     threads: usize,
 }
 
 impl Coverage {
-    pub(super) fn run(self, format: Format) -> Result<Outcome, Diagnostics> {
+    pub(super) fn run(self, format: Format, interrupt: &Interrupt) -> Result<Outcome, Diagnostics> {
         let session = Session::open(&self.model, &self.expr)?;
         let mut mistakes = session.warnings.clone();
         let robust = collect(self.loss.robust(), &mut mistakes).flatten();
@@ -63,17 +64,22 @@ impl Coverage {
             weights: self.weights.map(Weighting::weights),
             robust,
             selection: self.chosen.selection(None),
-            execution: Execution::new(InstructionSet::detect(), 1),
+            execution: Execution::new(InstructionSet::detect(), 1).until(&interrupt.stop()),
             ..problem::Options::default()
         };
         let (seeds, first, check_rows, threads) = (self.seeds, self.seed, self.check_rows, self.threads);
         let options = Options { seeds, first, rows, check_rows, problem, threads };
         let progress = Counted::new(seeds, "runs");
-        let found = coverage(&session, scenario, &options, &|_| progress.tell())?;
+        let tell = |_| {
+            // one run is worth keeping
+            interrupt.heed();
+            progress.tell();
+        };
+        let found = coverage(&session, scenario, &options, &tell)?;
         drop(progress);
         let text = || coverage_text(&found, &session, scenario);
         let json = || coverage_json(&found, &session, scenario, self.options());
-        Ok(Outcome::new(format, text, json).trusted(found.honest()).warned(found.warnings.clone()))
+        Ok(Outcome::new(format, text, json).trusted(found.honest() && found.whole).warned(found.warnings.clone()))
     }
 
     /// What was asked for.

@@ -1,6 +1,7 @@
 //! `phical identify MODEL --fit FIT.json --datum P`: the fit at another datum.
 
 use super::identify::Identify;
+use super::progress::reading;
 use super::{Format, Outcome};
 use crate::compile::quantity;
 use crate::diag::{Code, Diagnostic, Diagnostics};
@@ -28,7 +29,7 @@ pub(super) fn change(asked: &Identify, session: &Session, file: &str, format: Fo
         start: values.values.clone(),
     };
     let options = Options { weights, selection, ..Options::default() };
-    let bound = session.bind(&Choice { files: asked.data.clone(), ..Choice::default() }, &options)?;
+    let bound = session.bind(&Choice { files: asked.data.clone(), watch: reading(), ..Choice::default() }, &options)?;
     let fitted = &bound.problem;
 
     let basis = at(fitted, fitted, &fitted.start)?.1;
@@ -64,15 +65,15 @@ pub(super) fn change(asked: &Identify, session: &Session, file: &str, format: Fo
         false => values.json.get("sigma0").and_then(|sigma0| sigma0.as_f64()),
     };
     let units = &session.program.units;
-    let told = fitted.free.iter().enumerate().map(|(j, &c)| {
-        let coordinate = &fitted.layout.coordinates[c];
+    let values = fitted.of_free(&fitted.start).into_iter().zip(fitted.of_free(&moved.point));
+    let told = fitted.free_coordinates().zip(values).enumerate().map(|(j, (coordinate, (before, value)))| {
         let reported = |value: f64| units.to_reported(value, coordinate.dimension);
         let held = datum.contains(&j);
         let sigma = factor.filter(|_| moved.family && !held).map(|factor| reported(factor * covariance.sigma(j)));
         AtDatum {
             name: coordinate.name.clone(),
-            before: reported(fitted.start[c]),
-            value: reported(moved.point[c]),
+            before: reported(before),
+            value: reported(value),
             sigma,
             unit: units.symbol(coordinate.dimension),
             held,
@@ -104,14 +105,15 @@ fn chosen(problem: &Problem, datum: &[(String, Option<String>)]) -> Result<(Vec<
     let mut found = (Vec::new(), Vec::new());
     for (name, value) in datum {
         let all = problem.layout.matching(problem.program, name);
-        let places: Vec<usize> = all.iter().filter_map(|c| problem.free.iter().position(|free| free == c)).collect();
+        let free = || problem.free.iter().zip(problem.free_coordinates()).enumerate();
+        let place = |c: &usize| free().find(|(_, (free, _))| *free == c).map(|(j, (_, coordinate))| (j, coordinate));
+        let places: Vec<_> = all.iter().filter_map(place).collect();
         if places.is_empty() {
             let message = format!("`{name}` is no free parameter of the fit");
             let hint = "a datum is chosen among those that were estimated";
             return Err(Diagnostics::from(Diagnostic::error(Code::BadDatum, message).hint(hint)));
         }
-        for j in places {
-            let coordinate = &problem.layout.coordinates[problem.free[j]];
+        for (j, coordinate) in places {
             found.0.push(j);
             found.1.push(match value {
                 Some(text) => quantity(problem.program, &format!("value of {name}"), text, coordinate.dimension)?,

@@ -4,14 +4,15 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use super::arguments::{Chosen, Weighting, data, rows, scenario_rows};
+use super::arguments::{Chosen, Weighting, data, rows, scenario_rows, threads};
+use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::simulate::file_name;
 use super::{Format, Outcome};
 use crate::compile::Scenario;
-use crate::data::{self, Table, make_directory};
+use crate::data::{self, Table, Written, make_directory};
 use crate::design::{Aim, Asked, Confirmation, Design as Found, Request, confirm, design, puts_out};
-use crate::diag::{Diagnostic, Diagnostics};
+use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::identify::{Inputs, Probe};
 use crate::problem::{Execution, Options, Problem};
 use crate::report::{Told, design_json, design_text};
@@ -62,13 +63,13 @@ pub(super) struct Design {
     #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..1_000_000))]
     points: u64,
     /// Simulate and fit the chosen rows so many times
-    #[arg(long, value_name = "SEEDS", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "SEEDS", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     confirm: Option<u64>,
     /// A directory for the chosen rows, one file for each measurement; made if need be
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Threads; 0 is as many as there are cores. The result is the same for any number
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads)]
     threads: usize,
 }
 
@@ -102,7 +103,7 @@ struct Origin<'s> {
 }
 
 impl Design {
-    pub(super) fn run(self, format: Format) -> Result<Outcome, Diagnostics> {
+    pub(super) fn run(self, format: Format, interrupt: &Interrupt) -> Result<Outcome, Diagnostics> {
         let asked: Vec<Asked> = match self.require.is_empty() {
             true => {
                 self.target.iter().map(|text| Asked { expression: text.trim().to_owned(), required: None }).collect()
@@ -117,7 +118,7 @@ impl Design {
         let options = Options {
             weights: self.weights.map(Weighting::weights),
             selection: self.chosen.selection(None),
-            execution: Execution::new(InstructionSet::detect(), self.threads),
+            execution: Execution::new(InstructionSet::detect(), self.threads).until(&interrupt.stop()),
             ..Options::default()
         };
         let mut warnings = session.warnings.clone();
@@ -158,10 +159,19 @@ impl Design {
         };
         let found = design(&request).map_err(failed)?;
         let confirmed = match self.confirm.filter(|_| found.met()) {
-            Some(runs) => Some(self.confirmed(&found, &origin, &options, (runs, seed)).map_err(failed)?),
+            Some(runs) => {
+                interrupt.heed();
+                Some(self.confirmed(&found, &origin, &options, (runs, seed)).map_err(failed)?)
+            }
             None => None,
         };
         drop(working);
+        let runs = confirmed.as_ref().map(|confirmed| confirmed.runs);
+        let whole = runs.is_none_or(|runs| Some(runs) == self.confirm);
+        if let Some(runs) = runs.filter(|_| !whole) {
+            let message = format!("interrupted after {runs} of the runs that were to confirm the design");
+            warnings.push(Diagnostic::warning(Code::Interrupted, message));
+        }
         let files = match &self.out {
             Some(directory) if found.met() => write(&found, directory).map_err(|found| Diagnostics::from(*found))?,
             _ => Vec::new(),
@@ -170,7 +180,7 @@ impl Design {
             Told { candidates: &origin.said, volume: &volume_said, confirmed: confirmed.as_ref(), files: &files };
         let text = || design_text(&found, &session, &told);
         let outcome = Outcome::new(format, text, || design_json(&found, &told));
-        let trusted = found.met() && confirmed.as_ref().is_none_or(Confirmation::agrees);
+        let trusted = found.met() && whole && confirmed.as_ref().is_none_or(Confirmation::agrees);
         Ok(outcome.trusted(trusted).warned(warnings))
     }
 
@@ -211,7 +221,8 @@ impl Design {
         let points = usize::try_from(self.points).unwrap_or(usize::MAX);
         let measurements = scenario.measurements.iter().map(|simulation| simulation.measurement);
         let tells = |&index: &usize| {
-            asked.iter().any(|asked| puts_out(&session.program.measurements[index], &asked.expression))
+            let measurement = session.program.measurements.get(index);
+            measurement.is_some_and(|known| asked.iter().any(|asked| puts_out(known, &asked.expression)))
         };
         let some = measurements.clone().any(|index| tells(&index));
         let rows = measurements.map(|index| (index, if !some || tells(&index) { points } else { 0 })).collect();
@@ -249,17 +260,18 @@ fn open(model: &Path, asked: &[Asked]) -> Result<Session, Diagnostics> {
 /// Writes the chosen rows, and says where.
 fn write(found: &Found, directory: &Path) -> Result<Vec<(String, String)>, Box<Diagnostic>> {
     make_directory(directory)?;
-    let mut files = Vec::new();
+    let (mut files, mut written) = (Vec::new(), Vec::new());
     for (block, rows, _) in found.chosen().into_iter().filter(|(_, rows, _)| !rows.is_empty()) {
-        let block = &found.problem.blocks[block];
+        let Some(block) = found.problem.blocks.get(block) else { continue };
         let mut table = Table::new(block.measurement.keys.len(), block.table.width());
         for row in rows {
             table.push_with(|key| block.table.key(row, key), &block.table.row(row), None);
         }
         let path = directory.join(file_name(&block.measurement.name)?);
-        data::write(found.problem.program, block.index, &table, &path)?;
+        written.push(data::write(found.problem.program, block.index, &table, &path)?);
         files.push((block.measurement.name.clone(), path.display().to_string()));
     }
+    written.into_iter().try_for_each(Written::put)?;
     Ok(files)
 }
 

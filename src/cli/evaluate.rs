@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::arguments::data;
+use super::progress::reading;
 use super::{Format, Outcome};
 use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::evaluate::{Estimated, Members, evaluate, point, uncertainties, unseen};
@@ -46,7 +47,8 @@ impl Evaluate {
         let selection = Selection { start: given.clone(), ..Selection::default() };
         let options = Options { weights, selection, unconstrained: true, ..Options::default() };
         let role = if self.check { DataRole::Check } else { DataRole::Calibrate };
-        let mut bound = session.bind(&Choice { files: self.data, role, given_only: true }, &options)?;
+        let mut bound =
+            session.bind(&Choice { files: self.data, role, given_only: true, watch: reading() }, &options)?;
         let mut stop = |found: Diagnostic| {
             let mut all = std::mem::take(&mut bound.warnings);
             all.push(found);
@@ -88,12 +90,11 @@ impl Evaluate {
 /// How well the values are known: those of the file, and those of family members estimated for these data.
 fn estimated(problem: &Problem, stated: Option<&Stated>, members: Option<&Fit>) -> Vec<Estimated> {
     let anew: Vec<&str> = members.iter().flat_map(|fit| &fit.parameters).map(|p| p.name.as_str()).collect();
-    let given = |c: &usize| !anew.contains(&problem.layout.coordinates[*c].name.as_str());
+    let free = || problem.free.iter().zip(problem.free_coordinates());
+    let given = || free().filter(|(_, c)| !anew.contains(&c.name.as_str())).map(|(&c, _)| c).collect();
     let calibration = stated.map(|stated| match stated {
         Stated::Known(known) => Estimated::new(problem, "calibration", known),
-        Stated::Unknown(_) => {
-            Estimated::unstated(problem, "calibration", problem.free.iter().copied().filter(given).collect())
-        }
+        Stated::Unknown(_) => Estimated::unstated(problem, "calibration", given()),
     });
     let members = members.map(|fit| match fit.status.converged() {
         true => Estimated::new(problem, "members", &JointUncertainty::of(fit)),

@@ -28,12 +28,14 @@ fn code(text: &str) -> Result<Code, String> {
 }
 
 fn object(code: Code) -> Value {
-    json!({ "code": code.id(), "title": code.title(), "explanation": code.explanation() })
+    json!({ "code": code.id(), "title": code.title(), "explanation": code.explanation(), "example": code.example() })
 }
 
 impl Explain {
     pub(super) fn run(self, format: Format) -> Outcome {
-        let one = |code: Code| format!("{code}: {}\n\n{}\n", code.title(), code.explanation());
+        let one = |code: Code| {
+            format!("{code}: {}\n\n{}\n\nFor example:\n\n{}", code.title(), code.explanation(), code.example())
+        };
         let all = || {
             let mut grid = Grid::new(&[Align::Left, Align::Left]);
             Code::ALL.iter().for_each(|code| grid.row([code.id(), code.title()]));

@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::arguments::{Chosen, Weighting, collect, data, fix, rows, scenario_rows};
 use super::datum::change;
+use super::progress::reading;
 use super::{Format, Outcome};
 use crate::diag::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::{Inputs, Probe, conventions, practice, structure};
@@ -60,10 +61,9 @@ impl Identify {
             execution: Execution::new(InstructionSet::detect(), 0),
             ..Options::default()
         };
-        let calibrates = |file: &DataFile| file.role == crate::model::DataRole::Calibrate;
         let has_data = !self.data.is_empty()
             || session.program.measurements.iter().any(|m| {
-                m.data.iter().any(calibrates) || (m.inputs.is_empty() && m.keys.is_empty() && !m.residuals.is_empty())
+                m.data.iter().any(to_be_fitted) || (m.inputs.is_empty() && m.keys.is_empty() && !m.residuals.is_empty())
             });
         let from_scenario = self.scenario.is_some() || (!has_data && !session.program.scenarios.is_empty());
         let asked = match from_scenario || !session.program.scenarios.is_empty() {
@@ -82,10 +82,18 @@ impl Identify {
         let scenario = asked.map(|(scenario, _)| scenario);
         let bound = match from_scenario || !has_data {
             true => None,
-            false => match session.bind(&Choice { files: self.data.clone(), ..Choice::default() }, &options) {
+            false => match session
+                .bind(&Choice { files: self.data.clone(), watch: reading(), ..Choice::default() }, &options)
+            {
                 Ok(bound) => Some(bound),
                 // files that may be absent are: then it is as before measuring
                 Err(found) if self.data.is_empty() && only_without_rows(&found) => None,
+                // nor is anything measured yet where not one of the files is there
+                Err(found) if self.data.is_empty() && files(&session) == missing(&found) => {
+                    let message = "the model's data are not there yet: what is said is of data to come";
+                    warnings.push(Diagnostic::warning(Code::OptionalAbsent, message));
+                    None
+                }
                 Err(found) => return Err(found),
             },
         };
@@ -129,6 +137,28 @@ impl Identify {
         let outcome = Outcome::new(format, text, || practice_json(&found, &said));
         Ok(outcome.trusted(found.sound()).warned(warnings))
     }
+}
+
+fn to_be_fitted(file: &DataFile) -> bool {
+    file.role == crate::model::DataRole::Calibrate
+}
+
+/// How many files the model wants for a fit.
+fn files(session: &Session) -> usize {
+    session
+        .program
+        .measurements
+        .iter()
+        .flat_map(|of| &of.data)
+        .filter(|file| to_be_fitted(file) && !file.optional)
+        .count()
+}
+
+/// How many of them are missing, where nothing else is wrong.
+fn missing(found: &Diagnostics) -> usize {
+    let errors = || found.iter().filter(|found| found.severity == Severity::Error);
+    let absent = |found: &Diagnostic| found.code == Code::DataFileMissing;
+    if errors().all(absent) { errors().count() } else { 0 }
 }
 
 /// Whether nothing is wrong but that there are no rows.

@@ -22,10 +22,14 @@ mod evaluate;
 mod explain;
 mod far;
 mod identify;
+mod init;
+mod interrupt;
 mod jacobian;
 mod observations;
 mod progress;
+mod report;
 mod sequential;
+mod shell;
 mod simulate;
 mod solving;
 
@@ -35,6 +39,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use serde_json::{Value, json};
+
+pub use interrupt::Interrupt;
 
 use crate::diag::{self, Diagnostics, Severity};
 
@@ -47,6 +53,12 @@ struct Cli {
     /// How results are printed.
     #[arg(long, global = true, value_enum, default_value_t = Format::Text)]
     format: Format,
+    /// Say nothing on standard error but why there is no result: no warnings, no progress
+    #[arg(long, short, global = true)]
+    quiet: bool,
+    /// Colours on a terminal
+    #[arg(long, global = true, value_enum, default_value_t = clap::ColorChoice::Auto)]
+    color: clap::ColorChoice,
 }
 
 /// How results are printed.
@@ -81,24 +93,36 @@ enum Command {
     Evaluate(evaluate::Evaluate),
     /// Compare two fits: does freeing a parameter pay, and do they agree?
     Compare(compare::Compare),
+    /// A fit as a page to look at: one HTML file, figures as SVG
+    Report(report::Report),
+    /// Write a commented model to begin with
+    Init(init::Init),
     /// Explain a code such as E012
     Explain(explain::Explain),
+    /// Completions for a shell
+    Completions(shell::Completions),
+    /// The manual page
+    Man(shell::Man),
 }
 
 impl Command {
-    fn run(self, format: Format) -> Result<Outcome, Diagnostics> {
+    fn run(self, format: Format, interrupt: &Interrupt) -> Result<Outcome, Diagnostics> {
         match self {
             Command::Check(command) => command.run(format),
             Command::Simulate(command) => command.run(format),
-            Command::Calibrate(command) => command.run(format),
-            Command::Coverage(command) => command.run(format),
+            Command::Calibrate(command) => command.run(format, interrupt),
+            Command::Coverage(command) => command.run(format, interrupt),
             Command::Derive(command) => command.run(format),
             Command::Identify(command) => command.run(format),
-            Command::Design(command) => command.run(format),
+            Command::Design(command) => command.run(format, interrupt),
             Command::Jacobian(command) => command.run(format),
             Command::Evaluate(command) => command.run(format),
             Command::Compare(command) => command.run(format),
+            Command::Report(command) => command.run(format),
+            Command::Init(command) => command.run(format),
             Command::Explain(command) => Ok(command.run(format)),
+            Command::Completions(command) => Ok(command.run(format)),
+            Command::Man(command) => command.run(format),
         }
     }
 }
@@ -145,13 +169,49 @@ pub fn run<A: Into<OsString> + Clone>(
     stdout: &mut dyn Write,
     stderr: &mut dyn Write,
 ) -> ExitCode {
+    run_in(&Surroundings::default(), arguments, stdout, stderr)
+}
+
+/// What a run is started from.
+#[derive(Debug, Default)]
+pub struct Surroundings {
+    /// What ends it early.
+    pub interrupt: Interrupt,
+    /// Whether standard output shows colours, where `--color` does not say.
+    pub stdout_coloured: bool,
+    /// Whether standard error does.
+    pub stderr_coloured: bool,
+}
+
+/// The same, until it is interrupted, with colours where the streams show them.
+pub fn run_in<A: Into<OsString> + Clone>(
+    surroundings: &Surroundings,
+    arguments: impl IntoIterator<Item = A>,
+    stdout: &mut dyn Write,
+    stderr: &mut dyn Write,
+) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
     let cli = match Cli::try_parse_from(&arguments) {
         Ok(cli) => cli,
-        Err(error) => return usage(&error, wants_json(&arguments), stdout, stderr),
+        Err(error) => return usage(&error, wants_json(&arguments), surroundings, stdout, stderr),
     };
-    let (code, output, diagnostics) = match cli.command.run(cli.format) {
-        Ok(outcome) => (u8::from(!outcome.trustworthy), outcome.output, outcome.warnings),
+    let coloured = |shown: bool| match cli.color {
+        clap::ColorChoice::Auto => shown,
+        clap::ColorChoice::Always => true,
+        clap::ColorChoice::Never => false,
+    };
+    progress::be_quiet(cli.quiet);
+    let (code, output, diagnostics) = match cli.command.run(cli.format, &surroundings.interrupt) {
+        Ok(outcome) => {
+            let output = match cli.format {
+                Format::Text if coloured(surroundings.stdout_coloured) => {
+                    in_colour(&outcome.output, outcome.trustworthy)
+                }
+                _ => outcome.output,
+            };
+            let warnings = if cli.quiet { Diagnostics::new() } else { outcome.warnings };
+            (u8::from(!outcome.trustworthy), output, warnings)
+        }
         Err(diagnostics) => {
             let output = match cli.format {
                 Format::Text => String::new(),
@@ -161,8 +221,25 @@ pub fn run<A: Into<OsString> + Clone>(
         }
     };
     // nobody can be told of a failure to write here
-    let _ = stderr.write_all(diag::text(&diagnostics, false).as_bytes()).and_then(|()| stderr.flush());
+    let _ = stderr
+        .write_all(diag::text(&diagnostics, coloured(surroundings.stderr_coloured)).as_bytes())
+        .and_then(|()| stderr.flush());
     written(code, &output, stdout, stderr)
+}
+
+/// The verdict, up to the first colon, in green or red; the rest as it is, so that it can be pasted.
+fn in_colour(output: &str, trustworthy: bool) -> String {
+    use clap::builder::styling::{AnsiColor, Style};
+    let line = output.find('\n').unwrap_or(output.len());
+    match output.find(':').filter(|colon| *colon < line) {
+        Some(colon) => {
+            let colour = if trustworthy { AnsiColor::Green } else { AnsiColor::Red };
+            let style = Style::new().bold().fg_color(Some(colour.into()));
+            let (verdict, rest) = output.split_at(colon);
+            format!("{style}{verdict}{style:#}{rest}")
+        }
+        None => output.to_owned(),
+    }
 }
 
 /// Writes the result. A reader who has seen enough is no mistake.
@@ -177,12 +254,19 @@ fn written(code: u8, output: &str, stdout: &mut dyn Write, stderr: &mut dyn Writ
 }
 
 /// What the parser of arguments has to say: help and version are results, all else is wrong input.
-fn usage(error: &clap::Error, json: bool, stdout: &mut dyn Write, stderr: &mut dyn Write) -> ExitCode {
+fn usage(
+    error: &clap::Error,
+    json: bool,
+    surroundings: &Surroundings,
+    stdout: &mut dyn Write,
+    stderr: &mut dyn Write,
+) -> ExitCode {
     let text = error.render().to_string();
+    let shown = |coloured: bool| if coloured { error.render().ansi().to_string() } else { text.clone() };
     if !error.use_stderr() {
-        return written(0, &text, stdout, stderr);
+        return written(0, &shown(surroundings.stdout_coloured), stdout, stderr);
     }
-    let _ = stderr.write_all(text.as_bytes()).and_then(|()| stderr.flush());
+    let _ = stderr.write_all(shown(surroundings.stderr_coloured).as_bytes()).and_then(|()| stderr.flush());
     let output = if json {
         let message = text.strip_prefix("error: ").unwrap_or(&text).trim_end();
         let found = json!({ "code": null, "severity": "error", "message": message, "file": null, "hint": null });
@@ -196,7 +280,7 @@ fn usage(error: &clap::Error, json: bool, stdout: &mut dyn Write, stderr: &mut d
 /// Whether arguments that cannot be parsed ask for JSON.
 fn wants_json(arguments: &[OsString]) -> bool {
     arguments.iter().any(|argument| argument == "--format=json")
-        || arguments.windows(2).any(|pair| pair[0] == "--format" && pair[1] == "json")
+        || arguments.iter().zip(arguments.iter().skip(1)).any(|(one, next)| one == "--format" && next == "json")
 }
 
 /// A run that could not start, as JSON.

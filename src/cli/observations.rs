@@ -3,7 +3,8 @@
 use std::io::Write;
 use std::path::Path;
 
-use crate::data::Output;
+use super::simulate::file_name;
+use crate::data::{Output, Written, make_directory};
 use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::fit::{Fit, Observation, observations};
 use crate::problem::{Problem, Undefined};
@@ -11,8 +12,8 @@ use crate::problem::{Problem, Undefined};
 const HEADING: &str = "row,observation,unit,observed,adjusted,correction,sigma,redundancy,test,smallest_detectable,\
                        most_moved,moved_by_sigmas,inseparable";
 
-/// Writes DIR/M.csv for each measurement: a line for each observation, rows counted from one.
-pub(super) fn write_observations(directory: &Path, problem: &Problem, fit: &Fit) -> Result<(), Diagnostics> {
+/// Writes what is to be DIR/M.csv for each measurement: a line for each observation, rows counted from one.
+pub(super) fn write_observations(directory: &Path, problem: &Problem, fit: &Fit) -> Result<Vec<Written>, Diagnostics> {
     let Some(declared) = &fit.cofactors else {
         let message = "there are no uncertainties to test observations by";
         return Err(Diagnostic::error(Code::Underdetermined, message).into());
@@ -25,17 +26,14 @@ pub(super) fn write_observations(directory: &Path, problem: &Problem, fit: &Fit)
     };
     observations(problem, &fit.point, declared, fit.estimated_scale(), &mut write)
         .map_err(|Undefined(found)| Diagnostics::from(*found))?;
-    let failed = |error: std::io::Error| {
-        Diagnostic::error(Code::CannotWrite, format!("`{}` cannot be made: {error}", directory.display()))
-    };
-    std::fs::create_dir_all(directory).map_err(|error| Diagnostics::from(failed(error)))?;
-    for (measurement, table) in tables {
-        let name = &problem.program.measurements[measurement].name;
-        let out = Output::open(&directory.join(format!("{name}.csv")));
-        let written = out.and_then(|out| out.finish(|out| out.write_all(&table)));
-        written.map_err(|found| Diagnostics::from(*found))?;
-    }
-    Ok(())
+    let written = make_directory(directory).and_then(|()| {
+        let one = |(measurement, table): (usize, Vec<u8>)| {
+            let name = file_name(&problem.program.measurement(measurement)?.name)?;
+            Output::open(&directory.join(name))?.write(|out| out.write_all(&table))
+        };
+        tables.into_iter().map(one).collect()
+    });
+    written.map_err(|found| Diagnostics::from(*found))
 }
 
 fn heading() -> Vec<u8> {
@@ -44,7 +42,7 @@ fn heading() -> Vec<u8> {
 
 fn line(table: &mut Vec<u8>, o: &Observation, fit: &Fit) {
     let maybe = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
-    let moved = o.effect.map_or("", |(parameter, _)| fit.parameters[parameter].name.as_str());
+    let moved = o.effect.and_then(|(parameter, _)| fit.parameters.get(parameter)).map_or("", |of| of.name.as_str());
     let partners: Vec<String> = o.inseparable.iter().map(|(name, rho)| format!("{name} {rho:.3}")).collect();
     // writing to memory cannot fail
     let _ = writeln!(

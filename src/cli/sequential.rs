@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
+use super::interrupt::Interrupt;
 use super::solving::Solving;
 use super::{Format, pretty};
 use crate::data::Output;
@@ -86,6 +87,7 @@ impl OneByOne {
         choice: &Choice,
         options: Options,
         format: Format,
+        interrupt: &Interrupt,
     ) -> Result<Bound<'s>, Diagnostics> {
         let save = self.save.as_deref().map(Output::open).transpose().map_err(|found| Diagnostics::from(*found))?;
         let every = self.every.map_or(0, |every| every as usize);
@@ -100,7 +102,10 @@ impl OneByOne {
             let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
         };
         let mut running = Running::new(session, options, sequence, &mut tell);
-        let done = running.run(choice);
+        let done = running.read(choice).and_then(|coming| {
+            interrupt.heed();
+            running.take_in(coming)
+        });
         // what was taken in is worth keeping, whatever came after it
         if let (Some(save), Some(state)) = (save, running.saved()) {
             let written = save.finish(|out| out.write_all(pretty(&state).as_bytes()));
@@ -110,6 +115,9 @@ impl OneByOne {
         running.finish()
     }
 }
+
+/// Names that are longer take no part in how wide the column is.
+const WIDEST: usize = 60;
 
 /// The estimate so far, for people.
 fn so_far(rows: usize, fit: &Fit) -> String {
@@ -122,7 +130,7 @@ fn so_far(rows: usize, fit: &Fit) -> String {
         fit.equations,
         if fit.status.converged() { "" } else { ", not converged" }
     );
-    let width = fit.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0);
+    let width = fit.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0).min(WIDEST);
     for p in &fit.parameters {
         let value = match p.sigma {
             Some(sigma) => {

@@ -6,15 +6,12 @@ use clap::Args;
 use serde_json::{Map, Value, json};
 
 use super::arguments::{rows, scenario_rows};
-use super::progress::Progress;
+use super::progress::watch;
 use super::{Format, Outcome, pretty};
-use crate::data::{self, Output, make_directory};
+use crate::data::{self, Output, Written, make_directory};
 use crate::diag::{Code, DataPlace, Diagnostic, Diagnostics};
 use crate::session::Session;
-use crate::simulate::{Options, simulate};
-
-/// More rows than this take about a second.
-const LONG: usize = 20_000;
+use crate::simulate::{Options, simulate_watched};
 
 #[derive(Debug, Args)]
 pub(super) struct Simulate {
@@ -48,17 +45,15 @@ impl Simulate {
             _ => return Err(mistakes),
         };
         let options = Options { rows, seed: self.seed, exact: self.exact };
-        let rows = options.rows.iter().map(|(_, rows)| *rows).chain(scenario.measurements.iter().map(|s| s.rows));
-        let working = Progress::working(rows.max().unwrap_or(0) > LONG, "simulating");
-        let simulated = simulate(program, scenario, &options).map_err(|found| Diagnostics::from(*found))?;
-        drop(working);
+        let simulated = simulate_watched(program, scenario, &options, &watch("simulating", "rows"));
+        let simulated = simulated.map_err(|found| Diagnostics::from(*found))?;
 
         make_directory(&self.out).map_err(|found| Diagnostics::from(*found))?;
-        let mut files = Vec::new();
+        let (mut files, mut written) = (Vec::new(), Vec::new());
         for (index, table) in &simulated.tables {
-            let name = &program.measurements[*index].name;
+            let name = &program.measurement(*index).map_err(|found| Diagnostics::from(*found))?.name;
             let path = self.out.join(file_name(name).map_err(|found| Diagnostics::from(*found))?);
-            data::write(program, *index, table, &path).map_err(|found| Diagnostics::from(*found))?;
+            written.push(data::write(program, *index, table, &path).map_err(|found| Diagnostics::from(*found))?);
             files.push((name.clone(), path.display().to_string(), table.rows()));
         }
         let truth: Map<String, Value> =
@@ -66,7 +61,8 @@ impl Simulate {
         let truth = Value::Object(truth);
         let truth_file = self.out.join("truth.json");
         Output::open(&truth_file)
-            .and_then(|out| out.finish(|out| out.write_all(pretty(&truth).as_bytes())))
+            .and_then(|out| out.write(|out| out.write_all(pretty(&truth).as_bytes())))
+            .and_then(|truth| written.into_iter().chain([truth]).try_for_each(Written::put))
             .map_err(|found| Diagnostics::from(*found))?;
 
         let seed = options.seed.unwrap_or(scenario.seed);
