@@ -53,7 +53,7 @@ const EVERYTHING: &str = r#"(
 fn rows() -> Table {
     let mut table = Table::new(2, 2);
     for names in [["A", "0"], ["b/1", "0"]] {
-        table.push(&names, &[1.0, 2.0], None);
+        table.push(&names, &[1.0, 2.0], None).expect("a row of the table");
     }
     table
 }

@@ -130,28 +130,30 @@ fn first_derivatives(random: &Random, tally: &Tally, mistake: f64) -> Result<(),
         }
     }
     let mut outcome = Ok(());
-    block.input_jacobians(&problem.layout, q, |row, evaluate| {
-        let inputs = random.rows[row].clone();
-        let used = block.measurement.tape.inputs();
-        let (mut values, mut derivatives) = (vec![0.0; m], vec![0.0; m * used]);
-        evaluate(&inputs, &mut values, &mut derivatives);
-        let evaluate = std::cell::RefCell::new(evaluate);
-        for k in 0..used {
-            let at = |h: f64| {
-                let mut moved = inputs.clone();
-                moved[k] += h;
-                let (mut values, mut derivatives) = (vec![0.0; m], vec![0.0; m * used]);
-                (evaluate.borrow_mut())(&moved, &mut values, &mut derivatives);
-                values.iter().all(|value| value.is_finite()).then_some(values)
-            };
-            for (i, expected) in differences(m, at).into_iter().enumerate() {
-                let name = || format!("row {row}, {} by input {}", names(i), block.measurement.inputs[k].name);
-                if outcome.is_ok() && derivatives[i * used + k].is_finite() {
-                    outcome = tally.compare(derivatives[i * used + k], expected, values[i], name);
+    block
+        .input_jacobians(&problem.layout, q, |row, evaluate| {
+            let inputs = random.rows[row].clone();
+            let used = block.measurement.tape.inputs();
+            let (mut values, mut derivatives) = (vec![0.0; m], vec![0.0; m * used]);
+            evaluate(&inputs, &mut values, &mut derivatives);
+            let evaluate = std::cell::RefCell::new(evaluate);
+            for k in 0..used {
+                let at = |h: f64| {
+                    let mut moved = inputs.clone();
+                    moved[k] += h;
+                    let (mut values, mut derivatives) = (vec![0.0; m], vec![0.0; m * used]);
+                    (evaluate.borrow_mut())(&moved, &mut values, &mut derivatives);
+                    values.iter().all(|value| value.is_finite()).then_some(values)
+                };
+                for (i, expected) in differences(m, at).into_iter().enumerate() {
+                    let name = || format!("row {row}, {} by input {}", names(i), block.measurement.inputs[k].name);
+                    if outcome.is_ok() && derivatives[i * used + k].is_finite() {
+                        outcome = tally.compare(derivatives[i * used + k], expected, values[i], name);
+                    }
                 }
             }
-        }
-    });
+        })
+        .expect("a point of the problem");
     outcome
 }
 

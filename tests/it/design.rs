@@ -348,7 +348,10 @@ fn predictions_are_those_of_identify() {
     assert!(found.picked.excess() < 0.02 && found.random_excess.is_some_and(|excess| excess > 0.2));
     let block = &found.problem.blocks[0];
     let mut table = phical::data::Table::new(0, block.table.width());
-    found.chosen()[0].1.iter().for_each(|&row| table.push(&[], &block.table.row(row), None));
+    found.chosen()[0]
+        .1
+        .iter()
+        .for_each(|&row| table.push(&[], &block.table.row(row), None).expect("a row of the table"));
     let (rows, _) = Problem::bind(&paper, vec![(0, table)], &Options::default()).expect("it binds");
     let probe = Probe { inputs: Inputs::Rows(&rows), rows: Vec::new(), ..probe(&paper, 0, 4) };
     let known = practice(&probe, None).expect("it runs");

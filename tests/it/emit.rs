@@ -111,7 +111,7 @@ impl Case {
             })
             .collect();
         let mut table = Table::new(keys.len(), readings.len());
-        table.push(&keys.iter().map(String::as_str).collect::<Vec<_>>(), &readings, None);
+        table.push(&keys.iter().map(String::as_str).collect::<Vec<_>>(), &readings, None).expect("a row of the table");
         let selection = self.selection.clone();
         let options = Options { weights: Some(Weights::Unit), selection, unconstrained: true, ..Options::default() };
         let problem = Problem::bind(&self.program, vec![(self.measurement, table)], &options).expect("it binds").0;
@@ -126,7 +126,7 @@ impl Case {
         let mut moved = Table::new(keys.len(), readings.len());
         let mut rounded = |value: f64| value * (1.0 + 4.0 * f64::EPSILON * draws.next());
         let beside: Vec<f64> = readings.iter().map(|&value| rounded(value)).collect();
-        moved.push(&keys.iter().map(String::as_str).collect::<Vec<_>>(), &beside, None);
+        moved.push(&keys.iter().map(String::as_str).collect::<Vec<_>>(), &beside, None).expect("a row of the table");
         let near = Problem::bind(&self.program, vec![(self.measurement, moved)], &options).expect("it binds").0;
         let beside: Vec<f64> = point.iter().map(|&value| rounded(value)).collect();
         let beside = jacobians(&near, &beside).ok()?.remove(0);

@@ -109,7 +109,7 @@ fn lines(flagship: &Flagship, rows: usize) -> Table {
     let options = phical::simulate::Options { rows: vec![(0, 500)], ..Default::default() };
     let simulated = simulate(&flagship.0, &flagship.0.scenarios[0], &options).expect("it simulates");
     let mut table = Table::new(0, flagship.width());
-    (0..rows).for_each(|row| table.push(&[], &simulated.tables[0].1.row(row % 500), None));
+    (0..rows).for_each(|row| table.push(&[], &simulated.tables[0].1.row(row % 500), None).expect("a row of the table"));
     table
 }
 
@@ -170,7 +170,7 @@ fn a_sample_does_not_hide_what_all_rows_see_or_do_not_see() {
     let program = compiled(text);
     let mut table = Table::new(1, 1);
     for row in 0..9_000 {
-        table.push(&[if row == 4_321 { "rare" } else { "usual" }], &[1.0], None);
+        table.push(&[if row == 4_321 { "rare" } else { "usual" }], &[1.0], None).expect("a row of the table");
     }
     let (problem, _) = Problem::bind(&program, vec![(0, table)], &Options::default()).expect("it binds");
     let observed = problem.linearise(&problem.start).expect("defined");

@@ -38,7 +38,7 @@ pub fn fitted(program: &Program, tables: &[Table]) -> Fit {
 /// Rows of readings without keys.
 pub fn table(rows: &[Vec<f64>]) -> Table {
     let mut table = Table::new(0, rows.first().map_or(0, Vec::len));
-    rows.iter().for_each(|row| table.push(&[], row, None));
+    rows.iter().for_each(|row| table.push(&[], row, None).expect("a row of the table"));
     table
 }
 

@@ -36,7 +36,7 @@ impl Flagship {
         for row in rows.chunks(READINGS) {
             let mut all = row.to_vec();
             all.resize(self.width(), 0.0);
-            table.push(&[], &all, None);
+            table.push(&[], &all, None).expect("a row of the table");
         }
         let selection = Selection { free: vec!["L1.b".into()], ..Selection::default() };
         let options = Options { weights: Some(Weights::Unit), selection, ..Options::default() };
@@ -78,17 +78,19 @@ fn the_oracle_agrees_at_all_points() {
                 Ok(())
             })
             .unwrap();
-        block.input_jacobians(&problem.layout, &q, |row, evaluate| {
-            let (mut values, mut derivatives) = (vec![0.0; 5], vec![0.0; 5 * width]);
-            evaluate(&block.table.row(row), &mut values, &mut derivatives);
-            let readings: Vec<f64> = derivatives.chunks(width).flat_map(|of| &of[..READINGS]).copied().collect();
-            close(&readings, &flat(&at["dr_dx"][row]), 1e-11, &format!("{point} dr/dx {row}"));
-            // p1 − p2 − length · direction: a bar that leans moves its upper end
-            let length = block.table.row(row)[READINGS - 1];
-            let tilts: Vec<f64> = derivatives.chunks(width).flat_map(|of| &of[READINGS..]).copied().collect();
-            close(&tilts, &[-length, 0.0, 0.0, -length, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-15, "tilts");
-            seen += 1;
-        });
+        block
+            .input_jacobians(&problem.layout, &q, |row, evaluate| {
+                let (mut values, mut derivatives) = (vec![0.0; 5], vec![0.0; 5 * width]);
+                evaluate(&block.table.row(row), &mut values, &mut derivatives);
+                let readings: Vec<f64> = derivatives.chunks(width).flat_map(|of| &of[..READINGS]).copied().collect();
+                close(&readings, &flat(&at["dr_dx"][row]), 1e-11, &format!("{point} dr/dx {row}"));
+                // p1 − p2 − length · direction: a bar that leans moves its upper end
+                let length = block.table.row(row)[READINGS - 1];
+                let tilts: Vec<f64> = derivatives.chunks(width).flat_map(|of| &of[READINGS..]).copied().collect();
+                close(&tilts, &[-length, 0.0, 0.0, -length, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-15, "tilts");
+                seen += 1;
+            })
+            .expect("a point of the problem");
     }
     assert_eq!(seen, 4 * 24);
 }

@@ -170,7 +170,7 @@ fn refused(rows: &[[f64; 2]]) -> Diagnostic {
     let program = compiled(TWO);
     let mut second = Table::new(1, 2);
     second.begin("second.csv");
-    rows.iter().enumerate().for_each(|(i, row)| second.push(&["front"], row, Some(i + 2)));
+    rows.iter().enumerate().for_each(|(i, row)| second.push(&["front"], row, Some(i + 2)).expect("a row of the table"));
     let problem = bound(&program, &[table(&[vec![1.0], vec![2.0]]), second], Selection::default(), None);
     let at_cost = problem.cost(&problem.start).expect_err("refused").0;
     match minimise(&problem, problem.start.clone(), &Settings::default()) {
@@ -355,7 +355,7 @@ proptest! {
             let (hole, k) = (at % members, at / members);
             let turn = if k < 3 { known[k] } else { attitudes[hole * 2 + k - 3] };
             let hand = Vector3::from(sockets[hole]) - Rotation3::new(Vector3::from(turn)) * Vector3::from(tip);
-            rows.push(&[&format!("h{hole}")], &[turn[0], turn[1], turn[2], hand.x, hand.y, hand.z], None);
+            rows.push(&[&format!("h{hole}")], &[turn[0], turn[1], turn[2], hand.x, hand.y, hand.z], None).expect("a row of the table");
         }
         let fit = fitted(&program, &[rows]);
         prop_assert!(fit.status.converged(), "{}", fit.status);

@@ -63,7 +63,7 @@ fn true_readings_as_parameters_give_the_same_estimate() {
     let mut rows = Table::new(1, 4);
     for i in 0..10 {
         let sigma = |weight: f64| 1.0 / weight.sqrt();
-        rows.push(&[&format!("p{i}")], &[X[i], Y[i], sigma(WX[i]), sigma(WY[i])], None);
+        rows.push(&[&format!("p{i}")], &[X[i], Y[i], sigma(WX[i]), sigma(WY[i])], None).expect("a row of the table");
     }
     let model = compiled(text);
     let problem = bound(&model, &[rows], Selection::default(), Some(Weights::Sigma));
@@ -89,29 +89,31 @@ fn dense(problem: &Problem, point: &[f64], sigma: &[f64]) -> SquareRootInformati
     let (m, width) = (block.measurement.residuals.len(), sigma.len());
     let mut corrected: Vec<Vec<f64>> = Vec::new();
     let mut whitenings = Vec::new();
-    block.input_jacobians(&problem.layout, point, |row, evaluate| {
-        let read = block.table.row(row).to_vec();
-        let mut x = read.clone();
-        let (mut f, mut b) = (vec![0.0; m], vec![0.0; m * width]);
-        let mut found = None;
-        for _ in 0..30 {
-            evaluate(&x, &mut f, &mut b);
-            let b = nalgebra::DMatrix::from_row_slice(m, width, &b);
-            let v = nalgebra::DVector::from_fn(width, |k, _| x[k] - read[k]);
-            let variance =
-                nalgebra::DMatrix::from_fn(width, width, |i, j| if i == j { sigma[i] * sigma[i] } else { 0.0 });
-            let w = nalgebra::DVector::from_column_slice(&f) - &b * &v;
-            let covariance = &b * &variance * b.transpose();
-            let cholesky = covariance.clone().cholesky().expect("positive definite");
-            let next = -(&variance * b.transpose() * cholesky.solve(&w));
-            (0..width).for_each(|k| x[k] = read[k] + next[k]);
-            found = Some((w, cholesky.l()));
-        }
-        corrected.push(x);
-        whitenings.push(found.expect("iterated"));
-    });
+    block
+        .input_jacobians(&problem.layout, point, |row, evaluate| {
+            let read = block.table.row(row).to_vec();
+            let mut x = read.clone();
+            let (mut f, mut b) = (vec![0.0; m], vec![0.0; m * width]);
+            let mut found = None;
+            for _ in 0..30 {
+                evaluate(&x, &mut f, &mut b);
+                let b = nalgebra::DMatrix::from_row_slice(m, width, &b);
+                let v = nalgebra::DVector::from_fn(width, |k, _| x[k] - read[k]);
+                let variance =
+                    nalgebra::DMatrix::from_fn(width, width, |i, j| if i == j { sigma[i] * sigma[i] } else { 0.0 });
+                let w = nalgebra::DVector::from_column_slice(&f) - &b * &v;
+                let covariance = &b * &variance * b.transpose();
+                let cholesky = covariance.clone().cholesky().expect("positive definite");
+                let next = -(&variance * b.transpose() * cholesky.solve(&w));
+                (0..width).for_each(|k| x[k] = read[k] + next[k]);
+                found = Some((w, cholesky.l()));
+            }
+            corrected.push(x);
+            whitenings.push(found.expect("iterated"));
+        })
+        .expect("a point of the problem");
     let mut at = Table::new(0, width);
-    corrected.iter().for_each(|row| at.push(&[], row, None));
+    corrected.iter().for_each(|row| at.push(&[], row, None).expect("a row of the table"));
     let options = Options { weights: Some(Weights::Unit), ..Options::default() };
     let (moved, _) = Problem::bind(problem.program, vec![(0, at)], &options).expect("it binds");
     let mut information = SquareRootInformation::new(n);
@@ -288,7 +290,7 @@ fn a_gross_error_is_named_with_what_cannot_be_told_from_it() {
             if row == line {
                 readings[angle] += if seed % 2 == 0 { 8.0 } else { -8.0 } * 17.59 * arcsec;
             }
-            spoilt.push(&[], &readings, None);
+            spoilt.push(&[], &readings, None).expect("a row of the table");
         }
         let (problem, _) = Problem::bind(&flagship.0, vec![(0, spoilt)], &Options::default()).expect("it binds");
         let found = fit(&problem);
@@ -322,7 +324,7 @@ fn a_robust_loss_stays_near_the_clean_estimate() {
                 let sigmas = 20.0 + 80.0 * ((row as f64 + seed as f64) * 0.618).fract();
                 readings[(row + seed as usize) % 8] += sigmas * 17.59 * arcsec * if row % 40 == 7 { 1.0 } else { -1.0 };
             }
-            bad.push(&[], &readings, None);
+            bad.push(&[], &readings, None).expect("a row of the table");
         }
         // errors in standard uncertainties of the clean fit
         let run = |tables, robust| {

@@ -132,9 +132,9 @@ impl Stated {
     /// The rows, and one row of nothing for each single instance.
     fn tables(&self) -> Vec<Table> {
         let mut first = Table::new(0, self.columns.len());
-        self.rows.iter().for_each(|row| first.push(&[], row, None));
+        self.rows.iter().for_each(|row| first.push(&[], row, None).expect("a row of the table"));
         let mut single = Table::new(0, 0);
-        single.push(&[], &[], None);
+        single.push(&[], &[], None).expect("a row of the table");
         match (self.columns, self.besides.as_slice()) {
             ([], _) => vec![single],
             (_, []) => vec![first],
@@ -277,7 +277,7 @@ fn the_arc_tangent_from_three_ends_at_zero() {
         r#"(name: "atan", parameters: {"x": Scalar(Free(3))}, measurements: {"m": (residuals: {"r": "atan(x)"})})"#,
     );
     let mut single = Table::new(0, 0);
-    single.push(&[], &[], None);
+    single.push(&[], &[], None).expect("a row of the table");
     let fit = fit(&bound(&program, &[single], Selection::default(), None));
     assert!(fit.status.converged(), "{}", fit.status);
     let (x, _) = estimate(&fit, "x");

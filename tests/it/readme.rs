@@ -38,7 +38,7 @@ fn commands(text: &str) -> Vec<(String, Vec<String>)> {
 }
 
 /// Whether lines are the expected ones, `…` standing for any number of lines.
-fn matches(found: &[&str], expected: &[String]) -> bool {
+pub fn matches(found: &[&str], expected: &[String]) -> bool {
     match expected.split_first() {
         None => found.is_empty(),
         Some((first, rest)) if first.trim() == "…" => (0..=found.len()).any(|skip| matches(&found[skip..], rest)),

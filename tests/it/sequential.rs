@@ -229,7 +229,9 @@ fn a_row_taken_out_was_never_there() {
     same(&finished(&problem, &mut state), &with, 1e-8, 1e-6);
     // counted twice, it is as if it were there twice
     let mut table = Table::new(0, flagship.width());
-    (0..60).chain([7]).for_each(|row| table.push(&[], &problem.blocks[0].table.row(row), None));
+    (0..60)
+        .chain([7])
+        .for_each(|row| table.push(&[], &problem.blocks[0].table.row(row), None).expect("a row of the table"));
     let twice = fit(&bound(&flagship.0, vec![(0, table)], &[], &[]));
     state.reweight(&mut problem, (0, 7), (1.0, 2.0)).expect("it is there");
     let found = finished(&problem, &mut state);

@@ -156,7 +156,7 @@ fn mixed(problem: &Problem) -> Vec<(usize, Table)> {
         let stride = (rows / 2 + 1..).find(|stride| gcd(*stride, rows) == 1).expect("a prime");
         for at in (0..rows).map(|i| (i + 1) * stride % rows) {
             let names: Vec<&str> = (0..keys).map(|key| block.table.key(at, key)).collect();
-            table.push(&names, &block.table.row(at), None);
+            table.push(&names, &block.table.row(at), None).expect("a row of the table");
         }
         (block.index, table)
     };
@@ -206,7 +206,9 @@ fn readings_and_parameters_of_any_kind_are_evaluated_or_refused() {
             for _ in 0..24 {
                 let row = rows.new_tree(&mut runner).unwrap_or_else(|why| panic!("{name}: {why}")).current();
                 let mut table = Table::new(measurement.keys.len(), measurement.inputs.len());
-                table.push(&row.keys.iter().map(String::as_str).collect::<Vec<_>>(), &row.readings, None);
+                table
+                    .push(&row.keys.iter().map(String::as_str).collect::<Vec<_>>(), &row.readings, None)
+                    .expect("a row of the table");
                 let options = Options { unconstrained: true, ..Options::default() };
                 let (problem, _) = Problem::bind(program, vec![(index, table)], &options).expect("it binds");
                 let point =

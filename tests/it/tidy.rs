@@ -7,7 +7,7 @@ use crate::shared::project;
 
 /// The folders of `src`, lowest first. A folder imports only from those before it.
 const LAYERS: &[&[&str]] = &[
-    &["diag", "unit", "simd", "statistics"],
+    &["diag", "guide", "unit", "simd", "statistics"],
     &["graph", "linalg"],
     &["lang", "model", "eval", "solve"],
     &["symbolic"],
@@ -16,7 +16,7 @@ const LAYERS: &[&[&str]] = &[
     &["simulate", "problem"],
     &["fit"],
     &["evaluate", "identify", "derive"],
-    &["audit"],
+    &["audit", "survey"],
     &["session", "emit"],
     &["compare", "coverage", "design"],
     &["report"],

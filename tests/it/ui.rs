@@ -57,14 +57,34 @@ fn every_mistake_says_what_is_expected() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }
 
+/// The shortest message with a code, of all cases.
+fn shortest(id: &str, all: &[String]) -> Option<String> {
+    let begins = |message: &&str| ["error", "warning"].iter().any(|what| message.starts_with(&format!("{what}[{id}]")));
+    let messages = all.iter().flat_map(|said| {
+        let said = said.split("--- stderr\n").nth(1).and_then(|rest| rest.split("--- stdout\n").next()).unwrap_or("");
+        said.split("\n\n").map(str::trim_end).filter(begins).map(|message| format!("{message}\n"))
+    });
+    messages.min_by_key(String::len)
+}
+
+/// `phical explain CODE` shows a message of a case, for each code.
 #[test]
-fn every_error_has_a_case() {
-    let all: String =
+fn every_code_has_a_case_and_its_example_is_from_one() {
+    let all: Vec<String> =
         cases().iter().map(|case| std::fs::read_to_string(case.join("expected")).unwrap_or_default()).collect();
-    let missing: Vec<&str> = Code::ALL
-        .iter()
-        .map(|code| code.id())
-        .filter(|id| id.starts_with('E') && !all.contains(&format!("[{id}]")))
-        .collect();
-    assert!(missing.is_empty(), "no case for {missing:?}");
+    let mut wrong = Vec::new();
+    // a machine without room for temporary files, and somebody who presses Ctrl-C, are no cases
+    let elsewhere = |code: &&Code| !matches!(code, Code::RowsInMemory | Code::Interrupted);
+    for code in Code::ALL.iter().filter(elsewhere) {
+        let Some(message) = shortest(code.id(), &all) else {
+            wrong.push(format!("{code}: no case"));
+            continue;
+        };
+        if std::env::var_os("PHICAL_UPDATE").is_some() {
+            std::fs::write(project(&format!("src/diag/examples/{code}.txt")), &message).expect("writable");
+        } else if code.example() != message {
+            wrong.push(format!("{code}: the example is not\n{message}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

@@ -130,7 +130,7 @@ fn rotations_and_members_agree_with_differences() {
     let program = compiled(HINGE);
     let mut rows = phical::data::Table::new(1, 1);
     for (at, t) in [("a", 0.2), ("b", 0.5), ("a", -0.4)] {
-        rows.push(&[at], &[t], None);
+        rows.push(&[at], &[t], None).expect("a row of the table");
     }
     let problem = bound(&program, &[rows], Selection::default(), None);
     let names: Vec<String> = problem.layout.coordinates.iter().map(|c| c.name.clone()).collect();
