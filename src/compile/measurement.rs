@@ -105,25 +105,39 @@ fn explain_order(scope: &mut Scope, before: usize, define: &model::Map<Text>, at
 
 fn refuse_taken(scope: &mut Scope, name: &Text, source: &Arc<crate::diag::Source>) {
     let at = Snippet::new(name, source);
-    let declared = scope.declarations;
-    let taken = if !lang::is_name(&name.value) {
+    if !lang::is_name(&name.value) {
         scope.diagnostics.push(
             at.whole(Code::BadExpression, format!("`{}` is not a name", name.value))
                 .hint("letters, digits and underscores, a letter first"),
         );
         return;
     } else if scope.has(&name.value) {
-        "another column or definition of this measurement"
-    } else if super::core::arity(&name.value).is_some() || name.value == "pi" {
+        let message = format!("`{}` is already another column or definition of this measurement", name.value);
+        scope.diagnostics.push(at.whole(Code::NameTaken, message).hint("give one of them another name"));
+        return;
+    }
+    refuse_taken_by_model(scope.declarations, name, &at, &mut scope.diagnostics);
+}
+
+/// Reports a name that the language or the model uses; says whether it did.
+pub(crate) fn refuse_taken_by_model(
+    declared: &Declarations,
+    name: &Text,
+    at: &Snippet,
+    diagnostics: &mut Diagnostics,
+) -> bool {
+    let taken = if super::core::arity(&name.value).is_some() || name.value == "pi" {
         "part of the language"
     } else if declared.chain(&name.value).is_some() {
         "a chain"
     } else if matches!(declared.symbol(&name.value), Some(Symbol::Parameter(_) | Symbol::Definition(..))) {
         "a parameter or definition of the model"
     } else {
-        return;
+        return false;
     };
-    scope.diagnostics.push(at.whole(Code::NameTaken, format!("`{}` is already {taken}", name.value)));
+    let message = format!("`{}` is already {taken}", name.value);
+    diagnostics.push(at.whole(Code::NameTaken, message).hint("give it another name here"));
+    true
 }
 
 /// Compiles a measurement; `extra` are expressions of the command line, to be put out as well.

@@ -28,7 +28,7 @@ mod value;
 
 pub use constraint::{Constraint, Constraints, Named};
 pub use formula::{Formula, Formulas, Trial, formulas, try_formulas};
-pub use names::{Coordinate, coordinates};
+pub use names::{Coordinate, coordinates, is_taken};
 pub use prelude::PRELUDE;
 pub use program::{
     Distribution, Input, KeyDistribution, LossOf, Measurement, Output, Parameter, Program, Residual, Robust, Role,
@@ -199,7 +199,7 @@ fn check_use(
         used.extend(slots.map(|slot| slot.parameter));
     }
     for (number, parameter) in parameters.iter().enumerate() {
-        if !used.contains(&number) && parameter.setting.role == Role::Free {
+        if !used.contains(&number) && parameter.setting.has_free() {
             let message = format!("no residual depends on the free parameter `{}`", parameter.name);
             let found = Diagnostic::error(Code::UnusedParameter, message).at(source, parameter.span);
             diagnostics.push(found.hint("use it, hold it with `Held(…)`, or remove it"));

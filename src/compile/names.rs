@@ -1,6 +1,14 @@
 //! Names of parameters, members and coordinates, as people write them.
 
+use super::core;
+use super::prelude::PRELUDE;
 use super::program::Parameter;
+
+/// Whether a name means something in the language already, so that a chain or a joint is better called otherwise.
+pub fn is_taken(name: &str) -> bool {
+    let of_prelude = |head: &str| head.split('(').next() == Some(name);
+    name == "pi" || core::arity(name).is_some() || PRELUDE.iter().any(|(head, _)| of_prelude(head))
+}
 
 /// A coordinate that a name stands for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -13,9 +21,17 @@ pub struct Coordinate<'n> {
     pub component: usize,
 }
 
-/// The coordinates that a name stands for: `L1.alpha`, `target` (all of it), `target.x`, `socket[front/0].x`, `socket[*]`.
+/// The coordinates that a name stands for: `L1.alpha`, `L1.*`, `target` (all of it), `target.x`, `socket[front/0].x`, `socket[*]`.
 /// Empty where there is no such parameter.
 pub fn coordinates<'n>(parameters: &[Parameter], name: &'n str) -> Vec<Coordinate<'n>> {
+    if let Some(joint) = name.strip_suffix(".*") {
+        let of_joint = |p: &Parameter| p.name.strip_prefix(joint).is_some_and(|rest| rest.starts_with('.'));
+        let all = parameters.iter().enumerate().filter(|(_, p)| of_joint(p) && !p.family);
+        let each = |(parameter, p): (usize, &Parameter)| {
+            (0..p.shape.suffixes().len()).map(move |component| Coordinate { parameter, member: None, component })
+        };
+        return all.flat_map(each).collect();
+    }
     let (base, member, suffix) = match name.split_once('[') {
         Some((base, rest)) => match rest.rsplit_once(']') {
             Some((member, suffix)) => (base, Some(member), suffix),

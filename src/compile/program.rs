@@ -109,10 +109,10 @@ pub enum Role {
 }
 
 /// The numbers of a parameter, or of one member of a family, one for each coordinate.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Setting {
     /// estimated or held
-    pub role: Role,
+    pub roles: Vec<Role>,
     /// where to start, and the centre of the prior
     pub nominal: Vec<f64>,
     /// hard lower bounds, −∞ where there is none
@@ -123,6 +123,18 @@ pub struct Setting {
     pub sigma: Vec<Option<f64>>,
     /// what counts as known well enough
     pub tolerance: Vec<f64>,
+}
+
+impl Setting {
+    /// Whether a coordinate is estimated.
+    pub fn is_free(&self, coordinate: usize) -> bool {
+        self.roles.get(coordinate) == Some(&Role::Free)
+    }
+
+    /// Whether any coordinate is estimated.
+    pub fn has_free(&self) -> bool {
+        self.roles.contains(&Role::Free)
+    }
 }
 
 /// A declared parameter or family of parameters.
@@ -294,10 +306,14 @@ pub enum Distribution {
     Uniform(f64, f64),
     /// normally, by mean and standard deviation
     Normal(f64, f64),
+    /// normally around the nominal value, by standard deviation: what is drawn is added to it
+    Around(f64),
     /// one after the other, again and again
     Cycle(Vec<f64>),
     /// any of them
     Choice(Vec<f64>),
+    /// drawn for so many rows at a time, at least one
+    Each(usize, Box<Distribution>),
 }
 
 /// How a name is drawn.
@@ -307,6 +323,8 @@ pub enum KeyDistribution {
     Cycle(Vec<String>),
     /// any of them
     Choice(Vec<String>),
+    /// drawn for so many rows at a time, at least one
+    Each(usize, Box<KeyDistribution>),
 }
 
 /// A declared simulation.
@@ -363,6 +381,8 @@ pub enum Step {
         unknowns: Vec<usize>,
         /// where to start
         start: Vec<f64>,
+        /// where to start as an output for each, where that depends on the row
+        from: Option<Tape>,
         /// whether each is an angle, and so is brought into (−π, π]
         angles: Vec<bool>,
         /// what should vanish

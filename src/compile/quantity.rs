@@ -9,7 +9,7 @@ use super::snippet::Snippet;
 use super::value::Value as Node;
 use crate::diag::{Code, Diagnostic, Diagnostics, Source, Span};
 use crate::lang::ExprKind;
-use crate::model::{self, Components, Model, Quantity, Text, Value};
+use crate::model::{self, Components, Model, Quantity, Text, Value, Values};
 use crate::unit::{Base, Dimension, Unit, Units};
 
 /// What reads quantities: the model's units and default tolerances.
@@ -220,7 +220,7 @@ impl Quantities {
         };
         let (sigma, tolerance) = (positive(&setting.sigma), positive(&setting.tolerance));
         let setting_values = Setting {
-            role,
+            roles: vec![role],
             nominal: vec![nominal],
             min: vec![min?.unwrap_or(f64::NEG_INFINITY)],
             max: vec![max?.unwrap_or(f64::INFINITY)],
@@ -275,11 +275,7 @@ impl Quantities {
         let dimensions = match (shape, unit) {
             (Shape::Scalar | Shape::Vec3, Some(unit)) => vec![unit.dimension; shape.dimension()],
             (Shape::Scalar, None) => {
-                let first = match declared.value.nominal() {
-                    Components::One(quantity) => quantity,
-                    Components::Each(all) => all.first()?,
-                };
-                vec![self.any(first, diagnostics)?.1]
+                vec![self.any(declared.value.component(0)?.nominal, diagnostics)?.1]
             }
             (Shape::Vec3, None) => vec![Dimension::LENGTH; 3],
             (Shape::Rotation, _) => vec![Dimension::ANGLE; 3],
@@ -312,69 +308,49 @@ struct Context<'a> {
 }
 
 impl Context<'_> {
-    fn setting(&self, value: &Value<Components>, span: Span, diagnostics: &mut Diagnostics) -> Option<Setting> {
-        let (role, inner) = match value {
-            Value::Constant(_) => (Role::Held, None),
-            Value::Free(setting) => (Role::Free, Some(setting)),
-            Value::Held(setting) => (Role::Held, Some(setting)),
-        };
-        let n = self.dimensions.len();
-        let nominal = self.components(value.nominal(), 0..n, false, diagnostics)?;
-        let nominal: Vec<f64> = nominal.into_iter().map(|v| v.unwrap_or(0.0)).collect();
-        let pick = |own: Option<&Option<Components>>, outer: &Option<Components>| {
-            own.cloned().flatten().or_else(|| outer.clone())
-        };
-        let min = pick(inner.map(|s| &s.min), &self.declared.min);
-        let max = pick(inner.map(|s| &s.max), &self.declared.max);
-        let sigma = pick(inner.map(|s| &s.sigma), &self.declared.sigma);
-        let tolerance = pick(inner.map(|s| &s.tolerance), &self.declared.tolerance);
-        let mut read = |part: &Option<Components>, range: std::ops::Range<usize>, positive| match part {
-            None => Some(vec![None; range.len()]),
-            Some(part) => self.components(part, range, positive, diagnostics),
-        };
-        let (min, max) = (read(&min, 0..n, false), read(&max, 0..n, false));
-        // of a pose, sigma and tolerance speak of the translation, sigma_angle and tolerance_angle of the rotation
-        let split = n.min(3);
-        let mut sigma = read(&sigma, 0..split, true)?;
-        sigma.extend(read(&self.declared.sigma_angle, split..n, true)?);
-        let mut tolerance = read(&tolerance, 0..split, true)?;
-        tolerance.extend(read(&self.declared.tolerance_angle, split..n, true)?);
-        let tolerance = tolerance.into_iter().zip(self.dimensions.iter().zip(&nominal));
-        let setting = Setting {
-            role,
-            min: min?.into_iter().map(|v| v.unwrap_or(f64::NEG_INFINITY)).collect(),
-            max: max?.into_iter().map(|v| v.unwrap_or(f64::INFINITY)).collect(),
-            sigma,
-            tolerance: tolerance
-                .map(|(v, (&dimension, &nominal))| v.unwrap_or_else(|| self.quantities.tolerance(dimension, nominal)))
-                .collect(),
-            nominal,
-        };
-        self.quantities.check_bounds(&setting, self.dimensions, span, diagnostics).then_some(setting)
+    fn setting(&self, values: &Values, span: Span, diagnostics: &mut Diagnostics) -> Option<Setting> {
+        let mut all = Setting::default();
+        for (k, &dimension) in self.dimensions.iter().enumerate() {
+            self.component(&mut all, values, k, dimension, diagnostics)?;
+        }
+        self.quantities.check_bounds(&all, self.dimensions, span, diagnostics).then_some(all)
     }
 
-    fn components(
+    /// Adds what is said of component `k`: by itself, or else of the whole parameter.
+    fn component(
         &self,
-        part: &Components,
-        range: std::ops::Range<usize>,
-        positive: bool,
+        all: &mut Setting,
+        values: &Values,
+        k: usize,
+        dimension: Dimension,
         diagnostics: &mut Diagnostics,
-    ) -> Option<Vec<Option<f64>>> {
-        let mut values = Vec::with_capacity(range.len());
-        let dimensions = self.dimensions.get(range)?;
-        for (k, &dimension) in dimensions.iter().enumerate() {
-            let quantity = match part {
-                Components::One(one) => one,
-                Components::Each(all) => all.get(k)?,
-            };
-            let bare = self.unit.filter(|unit| unit.dimension == dimension);
-            let value = if positive {
-                self.quantities.positive(quantity, dimension, bare, diagnostics)
+    ) -> Option<()> {
+        let (own, outer) = (values.component(k)?, self.declared);
+        // of a pose, sigma and tolerance speak of the translation, sigma_angle and tolerance_angle of the rotation
+        let (sigma, tolerance, part) = match k {
+            0..3 => (&outer.sigma, &outer.tolerance, k),
+            _ => (&outer.sigma_angle, &outer.tolerance_angle, k - 3),
+        };
+        let bare = self.unit.filter(|unit| unit.dimension == dimension);
+        let mut read = |own: Option<&Quantity>, outer: &Option<Components>, k: usize, positive: bool| {
+            let quantity = own.or_else(|| outer.as_ref()?.at(k));
+            let Some(quantity) = quantity else { return Some(None) };
+            if positive {
+                self.quantities.positive(quantity, dimension, bare, diagnostics).map(Some)
             } else {
-                self.quantities.constant(quantity, dimension, bare, diagnostics)
-            };
-            values.push(Some(value?));
-        }
-        Some(values)
+                self.quantities.constant(quantity, dimension, bare, diagnostics).map(Some)
+            }
+        };
+        let nominal = read(Some(own.nominal), &None, k, false);
+        let (min, max) = (read(own.min, &outer.min, k, false), read(own.max, &outer.max, k, false));
+        let (sigma, tolerance) = (read(own.sigma, sigma, part, true), read(own.tolerance, tolerance, part, true));
+        let nominal = nominal??;
+        all.roles.push(if own.free { Role::Free } else { Role::Held });
+        all.nominal.push(nominal);
+        all.min.push(min?.unwrap_or(f64::NEG_INFINITY));
+        all.max.push(max?.unwrap_or(f64::INFINITY));
+        all.sigma.push(sigma?);
+        all.tolerance.push(tolerance?.unwrap_or_else(|| self.quantities.tolerance(dimension, nominal)));
+        Some(())
     }
 }

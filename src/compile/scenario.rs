@@ -11,7 +11,7 @@ use super::scope::{Binding, Scope};
 use super::snippet::Snippet;
 use super::value::Value;
 use crate::diag::{Code, Diagnostics, did_you_mean, nearest};
-use crate::graph::Tape;
+use crate::graph::{Scalar, Tape};
 use crate::model::{self, Draw, Quantity, Text};
 use crate::unit::{Dimension, Unit};
 
@@ -32,7 +32,8 @@ pub(crate) fn compile(
     let mut truth = Vec::new();
     for (name, draw) in declared.truth.iter() {
         let found = coordinates(&declarations.parameters, &name.value);
-        let Some(first) = found.first() else {
+        // the numbers of a joint are of several dimensions
+        let Some(first) = found.first().filter(|_| !name.value.ends_with(".*")) else {
             let all: Vec<&str> = declarations.parameters.iter().map(|p| p.name.as_str()).collect();
             let hint = nearest(&name.value, all).map(|near| format!("did you mean `{near}`?"));
             let at = Snippet::new(name, source);
@@ -96,22 +97,49 @@ fn distribution(
             let sigma = number(sigma)?;
             Distribution::Normal(number(mean)?, sigma)
         }
+        Draw::Around(sigma) => Distribution::Around(number(sigma)?),
         Draw::Cycle(all) => Distribution::Cycle(all.iter().map(&mut number).collect::<Option<_>>()?),
         Draw::Choice(all) => Distribution::Choice(all.iter().map(&mut number).collect::<Option<_>>()?),
+        Draw::Each(rows, draw) => {
+            let (drawn, dimension) = distribution(draw, wanted, quantities, diagnostics)?;
+            let rows = usize::try_from(*rows).unwrap_or(usize::MAX);
+            return Some((Distribution::Each(rows, Box::new(drawn)), dimension));
+        }
     };
     let dimension = wanted.map(|(wanted, _)| wanted).or(dimension).unwrap_or(Dimension::NUMBER);
     let quantity = match draw {
         Draw::Uniform(low, _) => low,
-        Draw::Normal(_, sigma) => sigma,
+        Draw::Normal(_, sigma) | Draw::Around(sigma) => sigma,
         _ => return Some((drawn, dimension)),
     };
     let wrong = match drawn {
         Distribution::Uniform(low, high) if low > high => "the lower end is above the upper one",
-        Distribution::Normal(_, sigma) if sigma < 0.0 => "a standard deviation is not negative",
+        Distribution::Normal(_, sigma) | Distribution::Around(sigma) if sigma < 0.0 => {
+            "a standard deviation is not negative"
+        }
         _ => return Some((drawn, dimension)),
     };
     diagnostics.push(crate::diag::Diagnostic::error(Code::BadBounds, wrong).at(&quantities.source, quantity.span()));
     None
+}
+
+/// How a name is drawn; none where only numbers are.
+fn name_distribution(draw: &Draw) -> Option<KeyDistribution> {
+    let name = |quantity: &Quantity| match quantity {
+        Quantity::Text(text) => text.value.clone(),
+        Quantity::Number(number) => number.value.to_string(),
+    };
+    let names = |all: &[Quantity]| all.iter().map(name).collect::<Vec<_>>();
+    Some(match draw {
+        Draw::Cycle(all) => KeyDistribution::Cycle(names(all)),
+        Draw::Choice(all) => KeyDistribution::Choice(names(all)),
+        Draw::Constant(one) => KeyDistribution::Cycle(names(std::slice::from_ref(one))),
+        Draw::Each(rows, draw) => {
+            let rows = usize::try_from(*rows).unwrap_or(usize::MAX);
+            KeyDistribution::Each(rows, Box::new(name_distribution(draw)?))
+        }
+        Draw::Uniform(..) | Draw::Normal(..) | Draw::Around(..) => return None,
+    })
 }
 
 struct Builder<'a> {
@@ -192,25 +220,27 @@ impl Builder<'_> {
         let (mut keys, mut draws) = (Vec::new(), Vec::new());
         for (name, draw) in self.experiment.draw.iter() {
             if let Some(key) = self.declared.keys.iter().position(|key| key.value == name.value) {
-                let names = |all: &[Quantity]| {
-                    let name = |quantity: &Quantity| match quantity {
-                        Quantity::Text(text) => text.value.clone(),
-                        Quantity::Number(number) => number.value.to_string(),
-                    };
-                    all.iter().map(name).collect::<Vec<_>>()
-                };
-                match draw {
-                    Draw::Cycle(all) => keys.push((key, KeyDistribution::Cycle(names(all)))),
-                    Draw::Choice(all) => keys.push((key, KeyDistribution::Choice(names(all)))),
-                    Draw::Constant(one) => keys.push((key, KeyDistribution::Cycle(names(std::slice::from_ref(one))))),
-                    Draw::Uniform(..) | Draw::Normal(..) => {
+                match name_distribution(draw) {
+                    Some(drawn) => keys.push((key, drawn)),
+                    None => {
                         let at = Snippet::new(name, &self.declarations.source);
                         diagnostics.push(at.whole(Code::WrongKind, "a name is drawn by `Cycle([…])` or `Choice([…])`"));
                     }
                 }
                 continue;
             }
+            if matches!(draw, Draw::Around(_)) {
+                let at = Snippet::new(name, &self.declarations.source);
+                let message = "`Around` is of a truth: what is drawn for a row has no nominal value";
+                diagnostics.push(at.whole(Code::WrongKind, message).hint("write `Normal(mean, sigma)`"));
+            }
             let input = self.input(&name.value);
+            if input.is_none() && !self.is_new(name, diagnostics) {
+                if self.declared.define.get(&name.value).is_none() {
+                    scope.bind(&name.value, Binding::Broken);
+                }
+                continue;
+            }
             let wanted = input.map(|(_, input)| (input.unit.dimension, Some(input.unit)));
             let Some((distribution, dimension)) = distribution(draw, wanted, self.quantities, diagnostics) else {
                 // reported: nothing that follows from it is
@@ -232,6 +262,21 @@ impl Builder<'_> {
         (keys, draws)
     }
 
+    /// Whether an auxiliary name is nobody's else. Another of the same name would be hidden in what is made up, and only there.
+    fn is_new(&self, name: &Text, diagnostics: &mut Diagnostics) -> bool {
+        let at = Snippet::new(name, &self.declarations.source);
+        let mut own = Diagnostics::new();
+        if !measurement::refuse_taken_by_model(self.declarations, name, &at, &mut own)
+            && self.declared.define.get(&name.value).is_some()
+        {
+            let message = format!("`{}` is a definition of this measurement", name.value);
+            own.push(at.whole(Code::NameTaken, message).hint("give what is drawn a name of its own"));
+        }
+        let new = own.is_empty();
+        diagnostics.extend(own);
+        new
+    }
+
     fn unknown_input(&self, name: &Text, diagnostics: &mut Diagnostics) {
         let all: Vec<&str> = self.inputs.iter().map(|input| input.name.as_str()).collect();
         let at = Snippet::new(name, &self.declarations.source);
@@ -250,47 +295,53 @@ impl Builder<'_> {
             self.unknown_input(name, diagnostics);
             return None;
         };
-        let wanted = input.unit;
-        let node =
-            match quantity {
-                Quantity::Number(_) => {
-                    let value = self.quantities.constant(quantity, wanted.dimension, Some(wanted), diagnostics)?;
-                    scope.graph.constant(value)
-                }
-                Quantity::Text(text) => {
-                    let snippet = Snippet::new(text, &self.declarations.source);
-                    match scope.value(&snippet)? {
-                        Value::Scalar(s, d) if d.compatible(wanted.dimension) || scope.graph.value(s) == Some(0.0) => s,
-                        Value::Scalar(_, d) => {
-                            let message =
-                                format!("`{}` is {}, and this is {}", name.value, wanted.dimension.noun(), d.noun());
-                            diagnostics.push(snippet.whole(Code::WrongDimension, message));
-                            return None;
-                        }
-                        other => {
-                            diagnostics.push(snippet.whole(
-                                Code::WrongShape,
-                                format!("an input is a scalar, and this is {}", other.shape()),
-                            ));
-                            return None;
-                        }
-                    }
-                }
-            };
+        let node = self.scalar(scope, name, quantity, input.unit, diagnostics)?;
         let tape = Tape::lower(&scope.graph, &[node]);
         let needs = tape.dependencies(0).1;
         Some(Planned { step: Step::Set { variable, tape }, gives: vec![variable], needs })
     }
 
+    /// What an input is given or starts from: a number in its unit, or an expression.
+    fn scalar(
+        &self,
+        scope: &mut Scope,
+        name: &Text,
+        quantity: &Quantity,
+        wanted: Unit,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Scalar> {
+        let text = match quantity {
+            Quantity::Number(_) => {
+                let value = self.quantities.constant(quantity, wanted.dimension, Some(wanted), diagnostics)?;
+                return Some(scope.graph.constant(value));
+            }
+            Quantity::Text(text) => text,
+        };
+        let snippet = Snippet::new(text, &self.declarations.source);
+        match scope.value(&snippet)? {
+            Value::Scalar(s, d) if d.compatible(wanted.dimension) || scope.graph.value(s) == Some(0.0) => Some(s),
+            Value::Scalar(_, d) => {
+                let message = format!("`{}` is {}, and this is {}", name.value, wanted.dimension.noun(), d.noun());
+                diagnostics.push(snippet.whole(Code::WrongDimension, message));
+                None
+            }
+            other => {
+                let message = format!("an input is a scalar, and this is {}", other.shape());
+                diagnostics.push(snippet.whole(Code::WrongShape, message));
+                None
+            }
+        }
+    }
+
     fn solve(&self, scope: &mut Scope, solve: &model::Solve, diagnostics: &mut Diagnostics) -> Option<Planned> {
-        let (mut unknowns, mut start, mut angles) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut unknowns, mut starts, mut angles) = (Vec::new(), Vec::new(), Vec::new());
         for (name, quantity) in solve.unknowns.iter() {
             let Some((variable, input)) = self.input(&name.value) else {
                 self.unknown_input(name, diagnostics);
                 return None;
             };
             let unit = input.unit;
-            start.push(self.quantities.constant(quantity, unit.dimension, Some(unit), diagnostics)?);
+            starts.push(self.scalar(scope, name, quantity, unit, diagnostics)?);
             angles.push(unit.dimension == Dimension::ANGLE);
             unknowns.push(variable);
         }
@@ -311,8 +362,17 @@ impl Builder<'_> {
                 *need = false;
             }
         }
+        // a start that the row decides
+        let known: Option<Vec<f64>> = starts.iter().map(|&node| scope.graph.value(node)).collect();
+        let from = known.is_none().then(|| Tape::lower(&scope.graph, &starts));
+        for output in 0..from.as_ref().map_or(0, Tape::outputs) {
+            let used = from.as_ref().map_or(Vec::new(), |from| from.dependencies(output).1);
+            needs.resize(needs.len().max(used.len()), false);
+            needs.iter_mut().zip(used).for_each(|(need, used)| *need |= used);
+        }
+        let start = known.unwrap_or_else(|| vec![0.0; unknowns.len()]);
         let gives = unknowns.clone();
-        Some(Planned { step: Step::Solve { unknowns, start, angles, tape }, gives, needs })
+        Some(Planned { step: Step::Solve { unknowns, start, from, angles, tape }, gives, needs })
     }
 
     /// Puts the steps into an order in which each has what it needs.

@@ -291,7 +291,7 @@ impl<'d> Scope<'d> {
                 Some(Binding::Key(column)) if !locals.function && !key.quoted => found.push(*column),
                 _ if key.quoted => {
                     let message = format!("`'{}'` names one member, which only a constraint does", key.name);
-                    let hint = "here a column of names chooses the member of each row";
+                    let hint = "here a column of names chooses the member of each row: list one in `keys`, and give it by `constants` of the data or draw it by `Cycle`";
                     self.report(Code::WrongShape, expr, at, &message, Some(hint.into()));
                     return None;
                 }

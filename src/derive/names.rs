@@ -1,6 +1,6 @@
 //! By what one differentiates: names of parameters and inputs as leaves.
 
-use crate::compile::{Measurement, Program, Role};
+use crate::compile::{Measurement, Program};
 use crate::diag::{Code, Diagnostic, Diagnostics, nearest};
 use crate::graph::{Graph, Scalar};
 
@@ -27,7 +27,7 @@ pub(super) fn coordinates(program: &Program, measurement: &Measurement, graph: &
         for (i, suffix) in parameter.shape.suffixes().iter().enumerate() {
             let leaf = slot.first_leaf + parameter.shape.tangent_leaf(i);
             if let Some(leaf) = graph.known_parameter(leaf as u32) {
-                all.push(Leaf { name: format!("{name}{suffix}"), leaf, free: parameter.setting.role == Role::Free });
+                all.push(Leaf { name: format!("{name}{suffix}"), leaf, free: parameter.setting.is_free(i) });
             }
         }
     }

@@ -104,6 +104,15 @@ impl Default for Components {
 }
 
 impl Components {
+    /// That of one component; none where there is none of this number.
+    #[must_use]
+    pub fn at(&self, component: usize) -> Option<&Quantity> {
+        match self {
+            Self::One(one) => Some(one),
+            Self::Each(all) => all.get(component),
+        }
+    }
+
     /// Where it stands.
     #[must_use]
     pub fn span(&self) -> Span {

@@ -1,5 +1,6 @@
 //! Measurements: what was read, and what must vanish.
 
+use super::columns::Columns;
 use super::leaf::{Map, Quantity};
 use super::read::{Entry, Fields, Reader, plain_records, record};
 use super::text::Text;
@@ -13,8 +14,8 @@ record! {
         pub data: DataFiles,
         /// The columns of names, for families.
         pub keys: Vec<Text>,
-        /// The columns of numbers.
-        pub inputs: Map<Input>,
+        /// The columns of numbers; several of one kind may stand together.
+        pub inputs: Columns<Input>,
         /// Named expressions; each sees the ones before.
         pub define: Map<Text>,
         /// Correlations between the errors of two inputs, by their names: `{"x, y": 0.5}`.

@@ -17,6 +17,7 @@
 #![doc = include_str!("../../docs/language.md")]
 
 mod chain;
+mod columns;
 mod leaf;
 mod load;
 mod measurement;
@@ -33,6 +34,7 @@ mod value;
 mod tests;
 
 pub use chain::{DhRow, Joint, PhiJoint, Reads, Rigid};
+pub use columns::Columns;
 pub use leaf::{Components, Map, Number, Quantity};
 pub use load::load;
 pub use measurement::{DataFile, DataFiles, DataRole, Input, Loss, Measurement, Residual};
@@ -40,7 +42,7 @@ pub use parameter::{Parameter, Shape};
 pub use print::print;
 pub use scenario::{Draw, Experiment, Noise, Scenario, Solve, Zero};
 pub use text::Text;
-pub use value::{Setting, Value};
+pub use value::{Component, Setting, Value, Values};
 
 use read::{optional_records, record};
 

@@ -4,7 +4,7 @@ use super::leaf::{Components, Map, Quantity};
 use super::read::{Entry, Fields, Reader, Written, group};
 use super::text::Text;
 use super::tree::{Body, Kind, Node};
-use super::value::Value;
+use super::value::{Value, Values};
 use crate::diag::{Code, Span};
 
 /// What a parameter is.
@@ -53,7 +53,7 @@ pub struct Parameter {
     /// What it is.
     pub shape: Shape,
     /// Its value; of a family, that of members not listed.
-    pub value: Value<Components>,
+    pub value: Values,
     /// The unit of bare numbers, and so the dimension.
     pub unit: Option<Text>,
     /// The standard deviation of a Gaussian prior; of a pose, of the translation.
@@ -71,7 +71,7 @@ pub struct Parameter {
     /// Whether there is one member per key.
     pub family: bool,
     /// Members whose value is not that of the rest.
-    pub members: Map<Value<Components>>,
+    pub members: Map<Values>,
     /// Where it stands in the file.
     pub span: Span,
 }
@@ -141,7 +141,7 @@ impl Parameter {
             );
             return reader.wrong(node, "one value", Some(&hint));
         };
-        Some(Self { shape, value: Value::read(item, reader)?, span: node.span, ..Self::default() })
+        Some(Self { shape, value: Values::read(item, reader)?, span: node.span, ..Self::default() })
     }
 
     /// `Scalar(value: Free(1), sigma: 0.1)`
@@ -180,13 +180,10 @@ impl Parameter {
     fn check(&self, reader: &mut Reader) -> bool {
         let mut right = true;
         for value in std::iter::once(&self.value).chain(self.members.values()) {
-            right &= self.fits(value.nominal(), Part::Value, reader);
-            if let Some(setting) = value.setting() {
-                right &= self.fit(&setting.min, Part::Bound, reader)
-                    & self.fit(&setting.max, Part::Bound, reader)
-                    & self.fit(&setting.sigma, Part::Spread, reader)
-                    & self.fit(&setting.tolerance, Part::Spread, reader);
-            }
+            right &= match value {
+                Values::Whole(value) => self.whole_fits(value, reader),
+                Values::Each(all) => self.each_fits(all, reader),
+            };
         }
         right
             & self.fit(&self.min, Part::Bound, reader)
@@ -195,6 +192,21 @@ impl Parameter {
             & self.fit(&self.tolerance, Part::Spread, reader)
             & self.fit(&self.sigma_angle, Part::Spread, reader)
             & self.fit(&self.tolerance_angle, Part::Spread, reader)
+    }
+
+    fn whole_fits(&self, value: &Value<Components>, reader: &mut Reader) -> bool {
+        self.fits(value.nominal(), Part::Value, reader)
+            & value.setting().is_none_or(|setting| {
+                self.fit(&setting.min, Part::Bound, reader)
+                    & self.fit(&setting.max, Part::Bound, reader)
+                    & self.fit(&setting.sigma, Part::Spread, reader)
+                    & self.fit(&setting.tolerance, Part::Spread, reader)
+            })
+    }
+
+    fn each_fits(&self, all: &[Value<Quantity>], reader: &mut Reader) -> bool {
+        let all: Vec<Quantity> = all.iter().map(|value| value.nominal().clone()).collect();
+        self.fits(&Components::Each(all), Part::Value, reader)
     }
 
     fn fit(&self, part: &Option<Components>, what: Part, reader: &mut Reader) -> bool {

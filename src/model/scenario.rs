@@ -1,5 +1,6 @@
 //! Scenarios: how data are made up.
 
+use super::columns::Columns;
 use super::leaf::{Map, Quantity};
 use super::read::{Entry, Reader, group, plain_records, read_all, record, unplaced};
 use super::text::Text;
@@ -24,8 +25,8 @@ record! {
     pub struct Experiment {
         /// How many.
         pub rows: Option<u64>,
-        /// Inputs, keys and auxiliary names that are drawn.
-        pub draw: Map<Draw>,
+        /// Inputs, keys and auxiliary names that are drawn; several that are drawn alike, each by itself, may stand together.
+        pub draw: Columns<Draw>,
         /// Named expressions; each sees the ones before.
         pub define: Map<Text>,
         /// Inputs given by formulas.
@@ -33,7 +34,7 @@ record! {
         /// Inputs found by solving.
         pub solve: Vec<Solve>,
         /// The errors of the readings, where they are not those declared.
-        pub noise: Map<Noise>,
+        pub noise: Columns<Noise>,
     }
 }
 
@@ -41,7 +42,7 @@ record! {
     /// Inputs that make expressions vanish.
     "a `solve` entry"
     pub struct Solve {
-        /// The inputs and where they start.
+        /// The inputs and where they start: numbers, or expressions of what is drawn.
         pub unknowns: Map<Quantity>,
         /// What must vanish.
         pub zero: Zero,
@@ -91,13 +92,17 @@ pub enum Draw {
     Uniform(Quantity, Quantity),
     /// Gaussian, with mean and standard deviation.
     Normal(Quantity, Quantity),
+    /// Gaussian around the nominal value, with this standard deviation: of a truth.
+    Around(Quantity),
     /// One after the other, over and over.
     Cycle(Vec<Quantity>),
     /// Any of them.
     Choice(Vec<Quantity>),
+    /// Drawn for so many rows at a time.
+    Each(u64, Box<Draw>),
 }
 
-const DRAWS: &[&str] = &["Uniform", "Normal", "Cycle", "Choice"];
+const DRAWS: &[&str] = &["Uniform", "Normal", "Around", "Cycle", "Choice", "Each"];
 
 impl Entry for Draw {
     fn read(node: &Node, reader: &mut Reader) -> Option<Self> {
@@ -117,6 +122,8 @@ impl Entry for Draw {
                 let (mean, sigma) = (Quantity::read(mean, reader), Quantity::read(sigma, reader));
                 Some(Self::Normal(mean?, sigma?))
             }
+            ("Around", [sigma]) => Quantity::read(sigma, reader).map(Self::Around),
+            ("Around", _) => reader.wrong(node, "`Around(sigma)`", None),
             ("Cycle" | "Choice", [list]) => {
                 let all: Vec<Quantity> = Vec::read(list, reader)?;
                 if all.is_empty() {
@@ -127,6 +134,15 @@ impl Entry for Draw {
                     _ => Self::Choice(all),
                 })
             }
+            ("Each", [rows, draw]) => {
+                let (rows, draw) = (u64::read(rows, reader), Draw::read(draw, reader));
+                match (rows?, draw?) {
+                    (0, _) => reader.wrong(node, "at least one row", None),
+                    (_, Self::Each(..)) => reader.wrong(node, "`Each` of something else than `Each`", None),
+                    (rows, draw) => Some(Self::Each(rows, Box::new(draw))),
+                }
+            }
+            ("Each", _) => reader.wrong(node, "`Each(rows, Uniform(…))`", None),
             ("Uniform", _) => reader.wrong(node, "`Uniform(least, greatest)`", None),
             ("Normal", _) => reader.wrong(node, "`Normal(mean, sigma)`", None),
             ("Cycle" | "Choice", _) => {
@@ -150,8 +166,10 @@ impl Entry for Draw {
             Self::Constant(value) => value.write(),
             Self::Uniform(low, high) => named("Uniform", vec![low.write(), high.write()]),
             Self::Normal(mean, sigma) => named("Normal", vec![mean.write(), sigma.write()]),
+            Self::Around(sigma) => named("Around", vec![sigma.write()]),
             Self::Cycle(all) => named("Cycle", list(all)),
             Self::Choice(all) => named("Choice", list(all)),
+            Self::Each(rows, draw) => named("Each", vec![rows.write(), draw.write()]),
         }
     }
 }

@@ -1,7 +1,7 @@
-//! A parameter's value: constant, free or held.
+//! A parameter's value: constant, free or held; of several components together, or each by itself.
 
 use super::leaf::{Components, Quantity};
-use super::read::{Entry, Fields, Reader, Written, group};
+use super::read::{Entry, Fields, Reader, Written, group, read_all};
 use super::tree::{Body, Kind, Node};
 use crate::diag::Span;
 
@@ -50,11 +50,92 @@ impl Value<Quantity> {
     }
 }
 
-impl Value<Components> {
-    /// Where it stands, `Free(…)` included.
+/// The value of a free-standing parameter, all of which is constant, free or held, or each component by itself.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "a model has few of them")]
+pub enum Values {
+    /// `Free((0, 0, 100))`
+    Whole(Value<Components>),
+    /// `(Held(0), Held(0), Free(100))`, in which at least one stands in `Free(…)` or `Held(…)`
+    Each(Vec<Value<Quantity>>),
+}
+
+impl Default for Values {
+    fn default() -> Self {
+        Self::Whole(Value::default())
+    }
+}
+
+/// What is said of one component: its value and, where it is free or held, the rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Component<'a> {
+    /// Whether it is estimated.
+    pub free: bool,
+    /// Where to start, and the centre of the prior.
+    pub nominal: &'a Quantity,
+    /// The lower bound.
+    pub min: Option<&'a Quantity>,
+    /// The upper bound.
+    pub max: Option<&'a Quantity>,
+    /// The standard deviation of a Gaussian prior.
+    pub sigma: Option<&'a Quantity>,
+    /// What counts as known well enough.
+    pub tolerance: Option<&'a Quantity>,
+}
+
+impl Values {
+    /// What is said of component `k`; none where it has none of this number. Of a pose that is free or held as a whole, sigma and
+    /// tolerance speak of the translation, components 0 to 2.
     #[must_use]
-    pub fn span(&self) -> Span {
-        self.setting().map_or_else(|| self.nominal().span(), |setting| setting.span)
+    pub fn component(&self, k: usize) -> Option<Component<'_>> {
+        fn of_whole(part: &Option<Components>, k: usize) -> Option<&Quantity> {
+            part.as_ref().and_then(|part| part.at(k))
+        }
+        Some(match self {
+            Self::Whole(value) => {
+                let setting = value.setting();
+                let spread = setting.filter(|_| k < 3);
+                Component {
+                    free: matches!(value, Value::Free(_)),
+                    nominal: value.nominal().at(k)?,
+                    min: setting.and_then(|s| of_whole(&s.min, k)),
+                    max: setting.and_then(|s| of_whole(&s.max, k)),
+                    sigma: spread.and_then(|s| of_whole(&s.sigma, k)),
+                    tolerance: spread.and_then(|s| of_whole(&s.tolerance, k)),
+                }
+            }
+            Self::Each(all) => {
+                let value = all.get(k)?;
+                let setting = value.setting();
+                Component {
+                    free: matches!(value, Value::Free(_)),
+                    nominal: value.nominal(),
+                    min: setting.and_then(|s| s.min.as_ref()),
+                    max: setting.and_then(|s| s.max.as_ref()),
+                    sigma: setting.and_then(|s| s.sigma.as_ref()),
+                    tolerance: setting.and_then(|s| s.tolerance.as_ref()),
+                }
+            }
+        })
+    }
+}
+
+impl Entry for Values {
+    fn read(node: &Node, reader: &mut Reader) -> Option<Self> {
+        let wrapped = |item: &Node| matches!(item.kind, Kind::Group(Some(_), _));
+        match &node.kind {
+            Kind::Group(None, Body::Tuple(items)) if items.iter().any(wrapped) => {
+                read_all(items, reader).map(Self::Each)
+            }
+            _ => Value::read(node, reader).map(Self::Whole),
+        }
+    }
+
+    fn write(&self) -> Option<Node> {
+        match self {
+            Self::Whole(value) => value.write(),
+            Self::Each(all) => Some(group(None, Body::Tuple(all.iter().filter_map(Entry::write).collect()))),
+        }
     }
 }
 

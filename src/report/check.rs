@@ -33,12 +33,14 @@ fn rows_of(program: &Program, parameter: &Parameter) -> Vec<Row> {
         let bounds = setting.min.iter().zip(&setting.max);
         let numbers = setting.nominal.iter().zip(bounds).zip(setting.sigma.iter().zip(&setting.tolerance));
         let components = parameter.shape.suffixes().iter().zip(&parameter.dimensions);
-        for ((suffix, &dimension), ((&nominal, (&min, &max)), (sigma, &tolerance))) in components.zip(numbers) {
+        let components = components.zip(&setting.roles);
+        for (((suffix, &dimension), &role), ((&nominal, (&min, &max)), (sigma, &tolerance))) in components.zip(numbers)
+        {
             let reported = |value: f64| program.units.to_reported(value, dimension);
             let bound = |value: f64| value.is_finite().then(|| reported(value));
             rows.push(Row {
                 name: format!("{base}{suffix}"),
-                role: setting.role,
+                role,
                 nominal: reported(nominal),
                 unit: program.units.symbol(dimension),
                 min: bound(min),

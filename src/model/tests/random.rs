@@ -37,6 +37,14 @@ fn map<V: std::fmt::Debug + 'static>(value: impl Strategy<Value = V> + 'static) 
         .boxed()
 }
 
+/// Names of columns hold no comma: what is printed has one name for each.
+fn columns<V: std::fmt::Debug + Clone + 'static>(
+    value: impl Strategy<Value = V> + 'static,
+) -> BoxedStrategy<Columns<V>> {
+    let alone = |all: &Map<V>| all.keys().all(|name| !name.value.contains(','));
+    map(value).prop_filter("a comma", alone).prop_map(Columns).boxed()
+}
+
 fn value<Q: Clone + std::fmt::Debug + 'static>(
     nominal: BoxedStrategy<Q>,
     bound: BoxedStrategy<Q>,
@@ -126,6 +134,19 @@ fn nominal(count: usize) -> BoxedStrategy<Components> {
     }
 }
 
+/// A value of the whole, or for some of several components one each, of which the first stands in `Free(…)` or `Held(…)`.
+fn values(count: usize, whole: BoxedStrategy<Value<Components>>) -> BoxedStrategy<Values> {
+    let whole = whole.prop_map(Values::Whole);
+    if count == 1 {
+        return whole.boxed();
+    }
+    let leaf = || value(quantity(), quantity(), quantity());
+    let wrapped = leaf().prop_filter("a constant", |value| value.setting().is_some());
+    let each = (wrapped, vec(leaf(), count - 1))
+        .prop_map(|(first, rest)| Values::Each(std::iter::once(first).chain(rest).collect()));
+    prop_oneof![3 => whole, 1 => each].boxed()
+}
+
 fn part(count: usize) -> BoxedStrategy<Components> {
     let one = quantity().prop_map(Components::One);
     match count {
@@ -143,7 +164,7 @@ fn parameter() -> BoxedStrategy<Parameter> {
                 Shape::Pose => of(part(3)).boxed(),
                 _ => Just(None).boxed(),
             };
-            let value = move || value(nominal(count), part(count), spread());
+            let value = move || values(count, value(nominal(count), part(count), spread()));
             let first = (value(), of(any_text()), of(spread()), of(part(count)));
             let second = (of(part(count)), of(spread()), angle(), angle());
             (first, second, any::<bool>(), map(value())).prop_map(
@@ -196,7 +217,7 @@ fn measurement() -> BoxedStrategy<Measurement> {
         .prop_map(|(kernel, tuning, of, scale)| Loss { kernel, tuning, of, scale, span: Span::default() });
     let says = (map(quantity()), map(residual), of(loss.boxed()));
     let derivatives = map(map(any_text()).boxed());
-    (data(), vec(any_text(), 0..3), map(input()), map(any_text()), says, (map(any_text()), derivatives))
+    (data(), vec(any_text(), 0..3), columns(input()), map(any_text()), says, (map(any_text()), derivatives))
         .prop_map(|(data, keys, inputs, define, (correlations, residuals, loss), (outputs, derivatives))| Measurement {
             derivatives,
             data,
@@ -217,8 +238,10 @@ fn draw() -> BoxedStrategy<Draw> {
         quantity().prop_map(Draw::Constant),
         (quantity(), quantity()).prop_map(|(a, b)| Draw::Uniform(a, b)),
         (quantity(), quantity()).prop_map(|(a, b)| Draw::Normal(a, b)),
+        quantity().prop_map(Draw::Around),
         vec(quantity(), 1..3).prop_map(Draw::Cycle),
         vec(quantity(), 1..3).prop_map(Draw::Choice),
+        (1_u64.., vec(quantity(), 1..3)).prop_map(|(rows, all)| Draw::Each(rows, Box::new(Draw::Cycle(all)))),
     ]
     .boxed()
 }
@@ -230,7 +253,7 @@ fn experiment() -> BoxedStrategy<Experiment> {
         span: Span::default(),
     });
     let noise = (of(quantity()), of(quantity())).prop_map(|(mean, sigma)| Noise { mean, sigma, span: Span::default() });
-    (of(any::<u64>()), map(draw()), map(any_text()), map(quantity()), vec(solve, 0..3), map(noise))
+    (of(any::<u64>()), columns(draw()), map(any_text()), map(quantity()), vec(solve, 0..3), columns(noise))
         .prop_map(|(rows, draw, define, set, solve, noise)| Experiment {
             rows,
             draw,
