@@ -10,6 +10,10 @@ use crate::compile::{Distribution, KeyDistribution};
 #[derive(Debug)]
 pub(crate) struct Stream {
     random: ChaCha8Rng,
+    /// what was drawn last
+    last: f64,
+    /// which name was drawn last
+    last_name: usize,
 }
 
 impl Stream {
@@ -17,7 +21,7 @@ impl Stream {
     pub(crate) fn new(seed: u64, purpose: &str) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(number(purpose));
-        Stream { random }
+        Stream { random, last: 0.0, last_name: 0 }
     }
 
     /// The number of row `row`.
@@ -29,18 +33,36 @@ impl Stream {
                 low * (1.0 - share) + high * share
             }
             Distribution::Normal(mean, sigma) => mean + sigma * self.normal(),
+            Distribution::Around(sigma) => sigma * self.normal(),
             Distribution::Cycle(all) => cycle(all, row).copied().unwrap_or(0.0),
-            Distribution::Choice(all) => self.choice(all).copied().unwrap_or(0.0),
+            Distribution::Choice(all) => self.choice(all.len()).and_then(|at| all.get(at)).copied().unwrap_or(0.0),
+            Distribution::Each(rows, drawn) => {
+                let rows = (*rows).max(1);
+                if row.is_multiple_of(rows) {
+                    self.last = self.draw(drawn, row / rows);
+                }
+                self.last
+            }
         }
     }
 
     /// The name of row `row`.
     pub(super) fn name<'d>(&mut self, distribution: &'d KeyDistribution, row: usize) -> &'d str {
-        match distribution {
-            KeyDistribution::Cycle(all) => cycle(all, row),
-            KeyDistribution::Choice(all) => self.choice(all),
-        }
-        .map_or("", String::as_str)
+        let (all, at) = match distribution {
+            KeyDistribution::Cycle(all) => return cycle(all, row).map_or("", String::as_str),
+            KeyDistribution::Choice(all) => {
+                self.last_name = self.choice(all.len()).unwrap_or(0);
+                (all, self.last_name)
+            }
+            KeyDistribution::Each(rows, drawn) => {
+                let rows = (*rows).max(1);
+                match &**drawn {
+                    KeyDistribution::Choice(all) if !row.is_multiple_of(rows) => (all, self.last_name),
+                    drawn => return self.name(drawn, row / rows),
+                }
+            }
+        };
+        all.get(at).map_or("", String::as_str)
     }
 
     /// A number of the standard normal distribution.
@@ -64,13 +86,10 @@ impl Stream {
         order
     }
 
-    fn choice<'d, T>(&mut self, all: &'d [T]) -> Option<&'d T> {
-        if all.is_empty() {
-            return None;
-        }
+    /// One of so many.
+    fn choice(&mut self, count: usize) -> Option<usize> {
         // by 64 bits, so that machines of any word size agree
-        let at = self.random.random_range(0..all.len() as u64);
-        all.get(at as usize)
+        (count > 0).then(|| self.random.random_range(0..count as u64) as usize)
     }
 }
 
@@ -114,6 +133,16 @@ mod tests {
         assert!((mean - 1.0).abs() < 0.04 && (sigma - 4.0 / 12.0_f64.sqrt()).abs() < 0.02, "{mean} {sigma}");
         assert!(uniform.iter().all(|x| (-1.0..=3.0).contains(x)));
         assert_eq!(drawn(Distribution::Cycle(vec![1.0, 2.0, 3.0]))[..4], [1.0, 2.0, 3.0, 1.0]);
+        let threes = drawn(Distribution::Each(3, Box::new(Distribution::Cycle(vec![1.0, 2.0]))));
+        assert_eq!(threes[..8], [1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 1.0, 1.0]);
+        let fives = drawn(Distribution::Each(5, Box::new(Distribution::Normal(0.0, 1.0))));
+        assert!(fives.chunks(5).all(|five| five.iter().all(|x| *x == five[0])) && fives[0] != fives[5]);
+        let mut stream = Stream::new(7, "x");
+        let all = KeyDistribution::Choice(vec!["a".into(), "b".into(), "c".into()]);
+        let fours = KeyDistribution::Each(4, Box::new(all));
+        let names: Vec<&str> = (0..400).map(|row| stream.name(&fours, row)).collect();
+        assert!(names.chunks(4).all(|four| four.iter().all(|name| *name == four[0])));
+        assert!(["a", "b", "c"].iter().all(|name| names.contains(name)));
         let chosen = drawn(Distribution::Choice(vec![1.0, 2.0]));
         assert!((moments(&chosen).0 - 1.5).abs() < 0.02);
     }

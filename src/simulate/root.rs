@@ -43,7 +43,7 @@ pub(super) struct Unsolved {
 pub(super) struct Root<'t> {
     evaluator: Evaluator<'t>,
     unknowns: &'t [usize],
-    start: &'t [f64],
+    start: Vec<f64>,
     angles: &'t [bool],
     /// offsets from the start, the nearest first, each with its length
     further: Vec<(f64, Vec<f64>)>,
@@ -80,7 +80,20 @@ impl<'t> Root<'t> {
             delta: vec![0.0; n],
             ..Work::default()
         };
-        Root { evaluator: Evaluator::new(tape, leaves), unknowns, start, angles, further, equations: m, work }
+        Root {
+            evaluator: Evaluator::new(tape, leaves),
+            unknowns,
+            start: start.to_vec(),
+            angles,
+            further,
+            equations: m,
+            work,
+        }
+    }
+
+    /// Where to start.
+    pub(super) fn start(&mut self) -> &mut [f64] {
+        &mut self.start
     }
 
     /// Sets the parameters.
@@ -91,7 +104,7 @@ impl<'t> Root<'t> {
     /// Puts the solution nearest to the start into `variables`.
     pub(super) fn solve(&mut self, variables: &mut [f64]) -> Result<(), Unsolved> {
         let mut left = f64::INFINITY;
-        let mut reached = self.start.to_vec();
+        let mut reached = self.start.clone();
         let mut distance = f64::INFINITY;
         for at in 0..=self.further.len() {
             let most = if distance.is_finite() { CHECKED } else { TRIED };
@@ -99,7 +112,7 @@ impl<'t> Root<'t> {
                 break;
             }
             self.work.x.clear();
-            self.work.x.extend_from_slice(self.start);
+            self.work.x.extend_from_slice(&self.start);
             if at > 0 {
                 self.work.x.iter_mut().zip(&self.further[at - 1].1).for_each(|(x, offset)| *x += offset);
             }
@@ -144,6 +157,7 @@ impl<'t> Root<'t> {
             }
             for _ in 0..MOST_DAMPINGS {
                 work.step(self.equations, n, damping);
+                work.shorten(self.angles);
                 work.trial.clear();
                 work.trial.extend(work.x.iter().zip(&work.delta).map(|(x, delta)| x + delta));
                 if work.trial == work.x {
@@ -175,12 +189,13 @@ impl<'t> Root<'t> {
             }
             break;
         }
-        let size = work.size(self.equations, n, self.angles).max(first);
         for (x, angle) in work.x.iter_mut().zip(self.angles) {
             if *angle {
                 *x = wrapped(*x);
             }
         }
+        // of the wrapped angles: a turn of a million radians is no size
+        let size = work.size(self.equations, n, self.angles).max(first);
         put(self.unknowns, &work.x, variables);
         self.evaluator.values(variables, &mut work.r);
         let left = squares(&work.r).sqrt();
@@ -195,7 +210,7 @@ impl<'t> Root<'t> {
             false if x == start => 0.0,
             false => (x - start) / x.abs().max(start.abs()),
         };
-        squares_of(self.work.x.iter().zip(self.start).zip(self.angles).map(part)).sqrt()
+        squares_of(self.work.x.iter().zip(&self.start).zip(self.angles).map(part)).sqrt()
     }
 }
 
@@ -242,6 +257,15 @@ impl Work {
             let pivot = matrix[k * rows + k];
             let value = (matrix[n * rows + k] - known) / pivot;
             self.delta[k] = if value.is_finite() { value } else { 0.0 };
+        }
+    }
+
+    /// No angle moves by more than half a turn at once: where a start is singular, δ can be of any length.
+    fn shorten(&mut self, angles: &[bool]) {
+        let turns = self.delta.iter().zip(angles).filter(|(_, angle)| **angle).map(|(delta, _)| delta.abs());
+        let longest = turns.fold(0.0, f64::max);
+        if longest > PI {
+            self.delta.iter_mut().for_each(|delta| *delta *= PI / longest);
         }
     }
 

@@ -181,7 +181,7 @@ struct Maker<'p> {
 /// A step ready to run.
 enum Runner<'p> {
     Set(usize, Evaluator<'p>),
-    Solve(&'p [usize], Box<Root<'p>>),
+    Solve(&'p [usize], Box<Root<'p>>, Option<Evaluator<'p>>),
 }
 
 impl Maker<'_> {
@@ -340,8 +340,9 @@ impl<'p> Runner<'p> {
     fn new(step: &'p Step) -> Self {
         match step {
             Step::Set { variable, tape } => Runner::Set(*variable, Evaluator::new(tape, Vec::new())),
-            Step::Solve { unknowns, start, angles, tape } => {
-                Runner::Solve(unknowns, Box::new(Root::new(tape, unknowns, start, angles)))
+            Step::Solve { unknowns, start, from, angles, tape } => {
+                let from = from.as_ref().map(|from| Evaluator::new(from, Vec::new()));
+                Runner::Solve(unknowns, Box::new(Root::new(tape, unknowns, start, angles)), from)
             }
         }
     }
@@ -349,7 +350,10 @@ impl<'p> Runner<'p> {
     fn begin(&mut self, leaves: &[f64]) {
         match self {
             Runner::Set(_, evaluator) => evaluator.begin(leaves),
-            Runner::Solve(_, root) => root.begin(leaves),
+            Runner::Solve(_, root, from) => {
+                root.begin(leaves);
+                from.iter_mut().for_each(|from| from.begin(leaves));
+            }
         }
     }
 
@@ -365,7 +369,16 @@ impl<'p> Runner<'p> {
                 variables[*variable] = value[0];
                 Ok(())
             }
-            Runner::Solve(unknowns, root) => root.solve(variables).map_err(|why| Failure::Solve(unknowns, why)),
+            Runner::Solve(unknowns, root, from) => {
+                if let Some(from) = from {
+                    from.values(variables, root.start());
+                    let undefined = from.undefined(variables, false);
+                    if undefined.is_some() || root.start().iter().any(|value| !value.is_finite()) {
+                        return Err(Failure::Set(unknowns.first().copied().unwrap_or(0), undefined));
+                    }
+                }
+                root.solve(variables).map_err(|why| Failure::Solve(unknowns, why))
+            }
         }
     }
 }

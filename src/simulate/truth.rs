@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::draw::Stream;
-use crate::compile::{Parameter, Program, Scenario, Slot, coordinates};
+use crate::compile::{Distribution, Parameter, Program, Scenario, Slot, coordinates};
 
 /// True values, drawn when they are first asked for; the values do not depend on the order of asking.
 pub(super) struct Truth<'p> {
@@ -34,7 +34,8 @@ impl<'p> Truth<'p> {
                         && found.member.is_none_or(|wanted| wanted == "*" || wanted == member);
                     if let (true, Some(value)) = (meant, values.get_mut(found.component)) {
                         let purpose = format!("truth {}", full_name(of, member, found.component));
-                        *value = Stream::new(seed, &purpose).draw(distribution, found.component);
+                        let drawn = Stream::new(seed, &purpose).draw(distribution, found.component);
+                        *value = if let Distribution::Around(_) = distribution { *value + drawn } else { drawn };
                     }
                 }
             }

@@ -81,6 +81,62 @@ fn a_bias_is_in_the_file_and_not_in_the_table() {
     assert!((cell - 21.0).abs() < 1e-12, "{text}");
 }
 
+/// Where a start is singular, the first step can be of any length, and its end counted as a solution.
+#[test]
+fn a_singular_start_leads_to_solutions_too() {
+    let text = r#"(
+        name: "sight",
+        parameters: {"p": Scalar(Free("0 rad"))},
+        measurements: {"m": (
+            inputs: {"a, b": (unit: "rad", sigma: "1 mrad"), "x": ()},
+            define: {"d": "rotation_z(a + p) * vec(sin(b), 0, cos(b))"},
+            residuals: {"r": "unit(vec(cos(x), sin(x), 0.2)) - d"},
+        )},
+        scenarios: {"s": (measurements: {"m": (
+            rows: 2000,
+            draw: {"x": Uniform(-3, 3)},
+            solve: [(unknowns: {"a": 0, "b": "pi/2"}, zero: "unit(vec(cos(x), sin(x), 0.2)) - d")],
+        )})},
+    )"#;
+    let program = program(text);
+    let made = made(&program, &Options { exact: true, ..Options::default() });
+    for row in 0..2000 {
+        let [a, b, x] = made.tables[0].1.row(row)[..] else { panic!("three inputs") };
+        let seen = [a.cos() * b.sin(), a.sin() * b.sin(), b.cos()];
+        let length = 1.04_f64.sqrt();
+        let wanted = [x.cos() / length, x.sin() / length, 0.2 / length];
+        assert!(seen.iter().zip(wanted).all(|(s, w)| (s - w).abs() < 1e-8), "{row}: {seen:?} {wanted:?}");
+    }
+}
+
+/// A start that the row decides says which of two solutions is meant.
+#[test]
+fn a_start_may_be_what_is_drawn() {
+    let text = r#"(
+        name: "faces",
+        units: (angle: "deg"),
+        parameters: {"p": Scalar(Free("0 rad"))},
+        measurements: {"m": (
+            inputs: {"v": (unit: "deg", sigma: "1 deg"), "h": (unit: "deg")},
+            residuals: {"r": "sin(v + p) - h/(1 rad)"},
+        )},
+        scenarios: {"s": (measurements: {"m": (
+            rows: 4,
+            draw: {"face": Cycle([0, 1]), "h": Each(2, Cycle([10, 20]))},
+            solve: [(unknowns: {"v": "face*pi"}, zero: "sin(v) - h")],
+        )})},
+    )"#;
+    let program = program(text);
+    let made = made(&program, &Options { exact: true, ..Options::default() });
+    let found: Vec<(f64, f64)> = (0..4).map(|row| made.tables[0].1.row(row)).map(|row| (row[0], row[1])).collect();
+    for (row, (v, h)) in found.into_iter().enumerate() {
+        assert!((h.to_degrees() - [10.0, 10.0, 20.0, 20.0][row]).abs() < 1e-9);
+        let upright = h.asin();
+        let wanted = if row % 2 == 0 { upright } else { std::f64::consts::PI - upright };
+        assert!((v - wanted).abs() < 1e-8, "{row}: {v} {wanted}");
+    }
+}
+
 #[test]
 fn what_cannot_be_solved_is_named() {
     let refused = |solve: &str, options: &Options| {
