@@ -30,6 +30,9 @@ pub(super) struct Calibrate {
     /// A file of data instead of the model's own; `-` is standard input
     #[arg(long, value_name = "M=FILE", value_parser = data)]
     data: Vec<(String, String)>,
+    /// Leave a measurement out
+    #[arg(long, value_name = "M")]
+    without: Vec<String>,
     #[command(flatten)]
     solving: Solving,
     /// How residuals are weighted [default: propagated where inputs carry sigmas, sigma where residuals do, else unit]
@@ -40,6 +43,9 @@ pub(super) struct Calibrate {
     /// Start from a fit, or from a JSON object of name and value
     #[arg(long, value_name = "FILE")]
     start: Option<String>,
+    /// What another fit has found out, with its covariance, instead of the priors of those parameters; start there
+    #[arg(long, value_name = "FIT.json")]
+    known: Vec<String>,
     #[command(flatten)]
     far: FromAfar,
     /// Threads; 0 is as many as there are cores. The result is the same for any number
@@ -76,6 +82,9 @@ impl Calibrate {
         let weights = self.weights.map(Weighting::weights);
         let robust = collect(self.loss.robust(), &mut mistakes).flatten();
         let start = self.start.as_deref().and_then(|file| collect(Values::read(file), &mut mistakes));
+        let estimates =
+            |file: &String| collect(Values::read(file).and_then(|values| values.estimates()), &mut mistakes);
+        let known = self.known.iter().filter_map(estimates).collect();
         let session = match Session::open(&self.model, &[]) {
             Ok(session) if !mistakes.has_errors() => session,
             Ok(_) => return Err(mistakes),
@@ -86,8 +95,9 @@ impl Calibrate {
         };
         let execution = Execution::new(InstructionSet::detect(), self.threads).until(&interrupt.stop());
         let selection = self.chosen.selection(start.as_ref());
-        let options = Options { weights, selection, robust, execution, ..Options::default() };
-        let choice = Choice { files: self.data.clone(), watch: reading(), ..Choice::default() };
+        let options = Options { weights, selection, robust, known, execution, ..Options::default() };
+        let choice =
+            Choice { files: self.data.clone(), without: self.without.clone(), watch: reading(), ..Choice::default() };
         let bound = match self.solving.is_sequential() {
             true => self.one_by_one.run(&session, &choice, options, format, interrupt)?,
             false => session.bind(&choice, &options)?,
@@ -155,7 +165,9 @@ impl Calibrate {
             "keep": self.one_by_one.kept(&self.solving),
             "fix": self.chosen.fix.iter().map(|(name, value)| json!({"name": name, "value": value})).collect::<Vec<_>>(),
             "free": self.chosen.free,
+            "without": self.without,
             "start": self.start,
+            "known": self.known,
             "starts": self.far.starts(),
             "seed": self.far.seed(),
             "continuation": self.far.continuation(),

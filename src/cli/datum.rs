@@ -29,7 +29,10 @@ pub(super) fn change(asked: &Identify, session: &Session, file: &str, format: Fo
         start: values.values.clone(),
     };
     let options = Options { weights, selection, ..Options::default() };
-    let bound = session.bind(&Choice { files: asked.data.clone(), watch: reading(), ..Choice::default() }, &options)?;
+    let bound = session.bind(
+        &Choice { files: asked.data.clone(), without: asked.without.clone(), watch: reading(), ..Choice::default() },
+        &options,
+    )?;
     let fitted = &bound.problem;
 
     let basis = at(fitted, fitted, &fitted.start)?.1;

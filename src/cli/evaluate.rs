@@ -47,8 +47,10 @@ impl Evaluate {
         let selection = Selection { start: given.clone(), ..Selection::default() };
         let options = Options { weights, selection, unconstrained: true, ..Options::default() };
         let role = if self.check { DataRole::Check } else { DataRole::Calibrate };
-        let mut bound =
-            session.bind(&Choice { files: self.data, role, given_only: true, watch: reading() }, &options)?;
+        let mut bound = session.bind(
+            &Choice { files: self.data, role, given_only: true, watch: reading(), ..Choice::default() },
+            &options,
+        )?;
         let mut stop = |found: Diagnostic| {
             let mut all = std::mem::take(&mut bound.warnings);
             all.push(found);

@@ -13,7 +13,7 @@ use crate::identify::{Inputs, Probe, conventions, practice, structure};
 use crate::model::DataFile;
 use crate::problem::{Execution, Options};
 use crate::report::{practice_json, practice_text, structure_json, structure_text};
-use crate::session::{Choice, Session};
+use crate::session::{Choice, Session, Values};
 use crate::simd::InstructionSet;
 
 #[derive(Debug, Args)]
@@ -23,6 +23,9 @@ pub(super) struct Identify {
     /// A file of a measurement, instead of those that the model names
     #[arg(long, value_name = "M=FILE", value_parser = data)]
     pub(super) data: Vec<(String, String)>,
+    /// Leave a measurement out
+    #[arg(long, value_name = "M")]
+    pub(super) without: Vec<String>,
     /// What no data of this kind can see, at random values of the parameters
     #[arg(long)]
     structural: bool,
@@ -40,6 +43,9 @@ pub(super) struct Identify {
     weights: Option<Weighting>,
     #[command(flatten)]
     chosen: Chosen,
+    /// Judge at the values of a fit, a truth.json, or a JSON object of name and value [default: the nominal ones]
+    #[arg(long, value_name = "FILE", conflicts_with = "fit")]
+    start: Option<String>,
     /// A fit that is to be moved to another datum
     #[arg(long, value_name = "FIT.json", requires = "datum", conflicts_with_all = ["structural", "scenario"])]
     pub(super) fit: Option<String>,
@@ -55,9 +61,10 @@ impl Identify {
             return change(&self, &session, fit, format);
         }
         let mut warnings = session.warnings.clone();
+        let start = self.start.as_deref().map(Values::read).transpose().map_err(|found| Diagnostics::from(*found))?;
         let options = Options {
             weights: self.weights.map(Weighting::weights),
-            selection: self.chosen.selection(None),
+            selection: self.chosen.selection(start.as_ref()),
             execution: Execution::new(InstructionSet::detect(), 0),
             ..Options::default()
         };
@@ -82,9 +89,15 @@ impl Identify {
         let scenario = asked.map(|(scenario, _)| scenario);
         let bound = match from_scenario || !has_data {
             true => None,
-            false => match session
-                .bind(&Choice { files: self.data.clone(), watch: reading(), ..Choice::default() }, &options)
-            {
+            false => match session.bind(
+                &Choice {
+                    files: self.data.clone(),
+                    without: self.without.clone(),
+                    watch: reading(),
+                    ..Choice::default()
+                },
+                &options,
+            ) {
                 Ok(bound) => Some(bound),
                 // files that may be absent are: then it is as before measuring
                 Err(found) if self.data.is_empty() && only_without_rows(&found) => None,

@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use super::block::{Block, Weighting, member};
 use super::constraints::Conditions;
 use super::execution::Execution;
+use super::known::{Estimates, Known};
 use super::layout::Layout;
 use super::noise::{Factors, Noise, residual_group};
 use super::pass::pieces;
@@ -60,6 +61,8 @@ pub struct Options {
     pub factors: Factors,
     /// What is freed, fixed, and started from.
     pub selection: Selection,
+    /// What other fits have found out; of their parameters it takes the place of the declared priors.
+    pub known: Vec<Estimates>,
     /// With which instructions, and by how many threads.
     pub execution: Execution,
     /// Whether the model's constraints are left out, as where values are taken as they are and nothing is searched for.
@@ -90,7 +93,19 @@ impl<'p> Problem<'p> {
         let members = members(program, &tables, &mut diagnostics);
         unused_members(program, &members, &mut diagnostics);
         let mut layout = Layout::new(program, &members);
-        let mut start = options.selection.apply(program, &mut layout, &mut diagnostics);
+        let mut known = Vec::new();
+        for estimates in &options.known {
+            match estimates.read(program, &layout) {
+                Ok(found) => known.push(found),
+                Err(found) => diagnostics.push(*found),
+            }
+        }
+        let mut start: Vec<f64> = layout.coordinates.iter().map(|c| c.nominal).collect();
+        for (c, estimate) in known.iter().flat_map(Known::values) {
+            layout.coordinates[c].sigma = None;
+            start[c] = estimate;
+        }
+        options.selection.apply(program, &mut layout, &mut start, &mut diagnostics);
         let measurements = || tables.iter().map(|(index, _)| &program.measurements[*index]);
         if tables.iter().all(|(_, table)| table.rows() == 0) {
             let found = Diagnostic::error(Code::NoRows, "there are no rows of data");
@@ -152,7 +167,19 @@ impl<'p> Problem<'p> {
         }
         let execution = options.execution.clone();
         Ok((
-            Problem { program, layout, blocks, weights, start, free, conditions, scale, execution, absorbed: None },
+            Problem {
+                program,
+                layout,
+                blocks,
+                weights,
+                start,
+                free,
+                conditions,
+                scale,
+                execution,
+                known: known.into(),
+                absorbed: None,
+            },
             diagnostics,
         ))
     }

@@ -281,6 +281,9 @@ fn chosen(rows: usize, which: Rows) -> Vec<Range<usize>> {
 
 /// Brings the rows that a block has together at the beginning of each column.
 fn close_up(columns: &mut [f64], residuals: usize, count: usize) {
+    if residuals == 0 {
+        return;
+    }
     for column in columns.chunks_exact_mut(residuals * ROWS) {
         for i in 1..residuals {
             column.copy_within(i * ROWS..i * ROWS + count, i * count);

@@ -84,7 +84,7 @@ impl Layout {
             self.coordinates.push(Coordinate {
                 name,
                 dimension: parameter.dimensions[k],
-                role: setting.role,
+                role: setting.roles[k],
                 nominal: setting.nominal[k],
                 min: setting.min[k],
                 max: setting.max[k],

@@ -4,7 +4,7 @@
 //!
 //! minimise ½ Σ (rᵢ(q)/σᵢ)² + ½ Σ ((qⱼ − nominalⱼ)/σⱼ)²
 //!
-//! over the free coordinates of q, the second sum over those with a prior. With propagated weights the first is the sum over rows
+//! over the free coordinates of q, the second sum over those with a prior; what [other fits](Estimates) know of them is added. With propagated weights the first is the sum over rows
 //! of min ½ vᵀΣ⁻¹v over corrections v of the readings x that make the equations hold, f(q, x + v) = 0; with a loss ρ it is ½ Σ ρ(s)
 //! of the squares s of the lengths of the rows' whitened residuals, or of the corrections. A row touches the members that its keys
 //! name and nothing else.
@@ -33,6 +33,7 @@ mod equations;
 mod execution;
 mod factor;
 mod inspect;
+mod known;
 mod layout;
 mod losses;
 mod noise;
@@ -59,6 +60,7 @@ pub use equations::Sums;
 pub use execution::{Execution, Stop};
 pub use factor::{Linearised, Rows};
 pub use inspect::{Inspected, Observed};
+pub use known::Estimates;
 pub use layout::{Coordinate, Layout};
 pub use noise::{Factors, residual_group};
 pub use path::Path;
@@ -74,6 +76,7 @@ use crate::compile::Program;
 use crate::diag::{Code, Diagnostic};
 use crate::solve::Absorbed;
 use constraints::Conditions;
+use known::Known;
 use prior::Prior;
 
 /// A program bound to rows of data.
@@ -97,6 +100,8 @@ pub struct Problem<'p> {
     conditions: Conditions,
     /// The tolerance of each free coordinate.
     scale: Vec<f64>,
+    /// What other fits have found out.
+    known: Arc<[Known]>,
     /// What is left of rows that are gone.
     absorbed: Option<Arc<Absorbed<Vec<f64>>>>,
 }
@@ -115,8 +120,9 @@ impl<'p> Problem<'p> {
         self.blocks.iter().map(|block| block.table.rows() * block.measurement.residuals.len()).sum()
     }
 
-    /// How many free coordinates have a prior.
+    /// How many equations priors give: one for each free coordinate that has one, and those of other fits.
     pub fn priors(&self) -> usize {
-        self.free.iter().filter(|&&c| self.layout.coordinates[c].sigma.is_some()).count()
+        let known: usize = self.known.iter().map(Known::rank).sum();
+        self.free.iter().filter(|&&c| self.layout.coordinates[c].sigma.is_some()).count() + known
     }
 }

@@ -1,4 +1,4 @@
-//! Gaussian priors: (q ⊖ nominal)/σ for the free coordinates that have one.
+//! Gaussian priors: (q ⊖ nominal)/σ for the free coordinates that have one, and what other fits know of several together.
 
 use super::solving::{number, turn};
 use super::{Problem, rotation};
@@ -32,7 +32,8 @@ impl Prior {
     pub(super) fn sum_of_squares(problem: &Problem, q: &[f64]) -> f64 {
         let offsets = Prior::offsets(problem, q);
         let term = |&c: &usize| problem.layout.coordinates[c].sigma.map_or(0.0, |sigma| (offsets[c] / sigma).powi(2));
-        problem.free.iter().map(term).sum()
+        let known = problem.known.iter().flat_map(|known| known.residuals(problem, q)).map(|r| r * r);
+        problem.free.iter().map(term).sum::<f64>() + known.sum::<f64>()
     }
 
     /// The rows [J r] of the priors.
@@ -64,6 +65,9 @@ impl Prior {
             }
             row[n] = offsets[c] / sigma;
             rows.push(row);
+        }
+        for known in problem.known.iter() {
+            known.push_rows(problem, q, &mut rows);
         }
         Matrix::from_rows(n + 1, &rows)
     }

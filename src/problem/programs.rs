@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use super::layout::Layout;
 use super::noise::Noise;
 use super::propagated::{Whitened, known, whitened};
-use crate::compile::{Measurement, Program, Role, Slot};
+use crate::compile::{Measurement, Program, Slot};
 use crate::eval::Compiled;
 use crate::graph::{Counts, Scalar, View, differentiate};
 use crate::simd::InstructionSet;
@@ -237,9 +237,10 @@ impl<'p> Seen<'p> {
 /// Operations of a measurement's residuals and their derivatives by all that is declared free.
 pub fn operations(program: &Program, measurement: &Measurement) -> Counts {
     let seen = Seen { program, measurement };
-    let free = |s: usize, _: usize| {
+    let free = |s: usize, component: usize| {
         let parameter = &program.parameters[measurement.slots[s].parameter];
-        parameter.setting.role == Role::Free || parameter.members.iter().any(|(_, setting)| setting.role == Role::Free)
+        let mut settings = parameter.members.iter().map(|(_, setting)| setting);
+        parameter.setting.is_free(component) || settings.any(|setting| setting.is_free(component))
     };
     let columns = seen.columns(free, |s, component| measurement.slots[s].first_leaf + component);
     seen.jacobian(columns, &[], InstructionSet::detect()).compiled.counts()

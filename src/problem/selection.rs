@@ -18,9 +18,14 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// Applies the changes to a layout; gives the point to start from.
-    pub(super) fn apply(&self, program: &Program, layout: &mut Layout, diagnostics: &mut Diagnostics) -> Vec<f64> {
-        let mut point: Vec<f64> = layout.coordinates.iter().map(|c| c.nominal).collect();
+    /// Applies the changes to a layout and to the point to start from.
+    pub(super) fn apply(
+        &self,
+        program: &Program,
+        layout: &mut Layout,
+        point: &mut [f64],
+        diagnostics: &mut Diagnostics,
+    ) {
         for (name, value) in &self.start {
             match layout.find(name) {
                 Some(c) => {
@@ -64,7 +69,6 @@ impl Selection {
             }
         }
         refuse_part_of_a_rotation(layout, &valued, diagnostics);
-        point
     }
 }
 

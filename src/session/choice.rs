@@ -16,6 +16,8 @@ pub struct Choice {
     pub role: DataRole,
     /// Whether measurements without files of their own are left out, where any has some.
     pub given_only: bool,
+    /// Measurements that take no part.
+    pub without: Vec<String>,
     /// Who is told how many bytes of a file have been read.
     pub watch: Watch,
 }
@@ -44,7 +46,7 @@ impl Choice {
     pub(super) fn read(&self, session: &Session, diagnostics: &mut Diagnostics) -> Option<Chosen> {
         let mut chosen = Chosen { tables: Vec::new(), files: Vec::new() };
         let mut sound = true;
-        for (name, _) in &self.files {
+        for name in self.files.iter().map(|(name, _)| name).chain(&self.without) {
             if let Err(unknown) = session.measurement(name) {
                 diagnostics.push(*unknown);
                 sound = false;
@@ -63,7 +65,8 @@ impl Choice {
                 .filter(|(name, _)| *name == measurement.name)
                 .map(|(_, file)| file.as_str())
                 .collect();
-            if self.given_only && own.is_empty() && !self.files.is_empty() {
+            let left_out = self.given_only && own.is_empty() && !self.files.is_empty();
+            if left_out || self.without.contains(&measurement.name) {
                 continue;
             }
             let (files, directory): (Vec<DataFile>, PathBuf) = if own.is_empty() {

@@ -78,7 +78,8 @@ impl Session {
         let fix = options("fix").filter_map(|held| Some((held.get("name")?.as_str()?.to_owned(), None))).collect();
         let selection = Selection { free, fix, start: fit.values() };
         let files = if given.is_empty() { self.files_again(fit) } else { given.to_vec() };
-        let choice = Choice { files, role: DataRole::Calibrate, given_only: false, ..Choice::default() };
+        let without = options("without").filter_map(|name| name.as_str()).map(str::to_owned).collect();
+        let choice = Choice { files, without, role: DataRole::Calibrate, given_only: false, ..Choice::default() };
         let options = Options { weights, selection, unconstrained: true, ..Options::default() };
         let mut bound = self.bind(&choice, &options)?;
         let removed = |measurement: &str| -> Vec<usize> {

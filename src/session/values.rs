@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use super::Session;
-use crate::diag::{Diagnostic, Source};
-use crate::fit::{self, Stated};
+use crate::diag::{Code, DataPlace, Diagnostic, Source};
+use crate::fit::{self, JointUncertainty, Stated};
+use crate::problem::Estimates;
 
 /// A file of values: a fit, or an object of name and value.
 #[derive(Clone, Debug)]
@@ -53,4 +54,40 @@ impl Values {
             (unknown, _) => unknown,
         })
     }
+
+    /// What another calibration can start from as known: the estimates and their covariance. Parameters on a bound are left out, for
+    /// nothing tells how well those are known.
+    ///
+    /// # Errors
+    /// Where the file says nothing of the uncertainty, or something that cannot be.
+    pub fn estimates(&self) -> Result<Estimates, Box<Diagnostic>> {
+        let refused = |why: String| {
+            let message = format!("`{}` does not say how well its values are known: {why}", self.file);
+            let found = Diagnostic::error(Code::BadFitFile, message).at_data(DataPlace::file(&self.file));
+            Box::new(found.hint("name a fit that `calibrate --out` wrote, or start from the values by `--start`"))
+        };
+        let stated = match Stated::read(&self.file, &self.json)? {
+            Stated::Known(stated) => stated,
+            Stated::Unknown(why) => return Err(refused(why)),
+        };
+        let JointUncertainty { names, covariance: Some(covariance), tolerances, on_bound, null_directions, .. } =
+            stated
+        else {
+            return Err(refused("nothing tells the fit how large errors are".into()));
+        };
+        let inside = |entries: &[f64]| kept(entries, &on_bound);
+        Ok(Estimates {
+            file: self.file.clone(),
+            values: self.values.clone(),
+            names: kept(&names, &on_bound),
+            covariance: kept(&covariance, &on_bound).iter().map(|row| inside(row)).collect(),
+            tolerances: inside(&tolerances),
+            null_directions: null_directions.iter().map(|direction| inside(direction)).collect(),
+        })
+    }
+}
+
+/// The entries that are not on a bound.
+fn kept<T: Clone>(entries: &[T], on_bound: &[bool]) -> Vec<T> {
+    entries.iter().zip(on_bound).filter(|(_, on)| !**on).map(|(entry, _)| entry.clone()).collect()
 }
