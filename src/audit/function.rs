@@ -4,7 +4,7 @@ use super::cause::{Cause, Seen, cause};
 use super::formulas::{Compared, compared, digits, points_of};
 use super::points::{Place, Point, places};
 use super::shrink::shrink;
-use crate::compile::{self, Measurement, Program, Role};
+use crate::compile::{self, Measurement, Program};
 use crate::eval::{Evaluator, Leaf};
 use crate::problem::Selection;
 use crate::unit::Dimension;
@@ -315,7 +315,7 @@ fn columns(program: &Program, declared: &Measurement, selection: &Selection) -> 
         let free = |component: usize| {
             let freed = selection.free.iter().any(|name| named(name, index, component));
             let fixed = selection.fix.iter().any(|(name, _)| named(name, index, component));
-            !fixed && (freed || parameter.setting.role == Role::Free)
+            !fixed && (freed || parameter.setting.is_free(component))
         };
         let column = |component: usize, name: &str, leaves: Option<(usize, usize)>| Column {
             name: format!("{name}{}", parameter.shape.suffixes()[component]),

@@ -331,13 +331,17 @@ impl<'a, L: LeastSquares> Search<'a, L> {
             return Some(Status::Step);
         }
         let least = if self.method == Method::Conic { CONIC_NO_GRADIENT } else { NO_GRADIENT };
-        (local.fall() <= least * least * state.cost).then_some(Status::Cost)
+        let unseen = (least * least * state.cost).max(UNSEEN * state.noise());
+        (local.fall() <= unseen).then_some(Status::Cost)
     }
 }
 
 /// A cosine below which no fall of the cost can be seen: the steepest descent within the linear model lowers the cost by
 /// its square, 1e-12, and a cost that is a sum of squares of differences of large numbers is not known much better.
 const NO_GRADIENT: f64 = 1e-6;
+
+/// As a share of what rounding makes of the cost, the same.
+const UNSEEN: f64 = 0.1;
 
 /// Likewise, where damped steps are judged by the gradient as well when the cost no longer tells.
 const CONIC_NO_GRADIENT: f64 = 1e-9;

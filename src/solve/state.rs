@@ -71,6 +71,14 @@ impl<P> State<P> {
         ROOM * f64::EPSILON * sum
     }
 
+    /// How well the cost ½‖r‖² can be known at all: ‖r‖ ε √Σ (‖Jⱼ‖ mⱼ)². Readings of a few micrometres over some metres leave more
+    /// than a share of the cost tells.
+    pub(super) fn noise(&self) -> f64 {
+        let terms = self.information.r().column_norms();
+        let square: f64 = terms.iter().zip(&self.magnitude).map(|(norm, m)| (norm * m).powi(2)).sum();
+        (2.0 * self.cost.max(0.0)).sqrt() * f64::EPSILON * square.sqrt()
+    }
+
     /// The largest |δⱼ|/mⱼ.
     pub(super) fn relative(&self, delta: &[f64]) -> f64 {
         delta

@@ -49,8 +49,10 @@ impl<L: LeastSquares> Search<'_, L> {
         let falls = gain.is_some_and(|gain| gain >= self.settings.gain) && actual > 0.0;
         // the conic search goes on by the gradient where Gauss–Newton steps overshoot, too
         let by_gradient = step.full || self.method == Method::Conic;
-        let unresolved =
-            by_gradient && step.predicted <= UNRESOLVED * state.cost && actual >= -INVISIBLE_RISE * state.cost;
+        let noise = state.noise();
+        let unresolved = by_gradient
+            && step.predicted <= (UNRESOLVED * state.cost).max(noise)
+            && actual >= -(INVISIBLE_RISE * state.cost).max(noise);
         if !falls && !unresolved {
             return Trial::Rejected { actual };
         }

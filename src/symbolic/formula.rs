@@ -1,5 +1,6 @@
 //! Nodes as expressions of the model language, in the words of the model.
 
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
@@ -12,6 +13,8 @@ use crate::lang::{Expr, ExprKind, Op};
 pub(crate) struct Writer<'g> {
     graph: &'g Graph,
     labels: HashMap<NodeId, Vec<Label>>,
+    /// nodes whose label is being written
+    begun: RefCell<Vec<NodeId>>,
 }
 
 /// An expression that stands nowhere.
@@ -113,27 +116,38 @@ impl<'g> Writer<'g> {
             }
         }
         all.values_mut().for_each(|labels| labels.sort_by_key(Label::rank));
-        Writer { graph, labels: all }
+        Writer { graph, labels: all, begun: RefCell::default() }
     }
 
-    /// Whether a node has a label.
+    /// The labels of a node.
     pub(crate) fn labels(&self, id: NodeId) -> &[Label] {
         self.labels.get(&id).map_or(&[], Vec::as_slice)
     }
 
-    /// The node by its first label, or else by what it is made of.
+    /// The node by its first label, or else by what it is made of: so within its own label, where what is named is a part of what
+    /// names it, as the origin of a frame that is written `frame(o, r)`.
     pub(crate) fn node(&self, id: NodeId) -> Expr {
         match self.labels(id).first() {
-            Some(label) => self.label(label),
-            None => self.definition(id),
+            Some(label) if !self.begun.borrow().contains(&id) => {
+                self.begun.borrow_mut().push(id);
+                let written = self.label(label);
+                self.begun.borrow_mut().pop();
+                written
+            }
+            _ => self.definition(id),
         }
     }
 
     /// What a named node is made of, as the model writes it where that is known.
     pub(crate) fn made_of(&self, id: NodeId) -> Expr {
         match self.labels(id).iter().find(|label| matches!(label, Label::Form(..))) {
-            Some(form) => self.label(form),
-            None => self.definition(id),
+            Some(form) if !self.begun.borrow().contains(&id) => {
+                self.begun.borrow_mut().push(id);
+                let written = self.label(form);
+                self.begun.borrow_mut().pop();
+                written
+            }
+            _ => self.definition(id),
         }
     }
 

@@ -8,7 +8,7 @@ use super::{demand, said};
 use crate::audit::{CheckedRoutes, Route, check_points};
 use crate::data::Table;
 use crate::identify::{Inputs, Probe, RANDOM_SPREAD};
-use crate::problem::{Block, Options, Problem, Weights};
+use crate::problem::{Block, Options, Problem, Selection, Weights};
 
 /// Rows of each measurement that are looked at.
 const ROWS: usize = 12;
@@ -126,6 +126,13 @@ fn rows_alike<'a>(probe: &Probe<'a>) -> Result<Problem<'a>, String> {
     let (bound, _) = probe.bound().map_err(|found| said(&found))?;
     let options = Options { weights: Some(Weights::Unit), unconstrained: true, ..probe.options.clone() };
     let alike = |tables: Vec<(usize, Table)>| {
+        // fewer rows may name fewer members of families
+        let bare = Options { selection: Selection::default(), ..options.clone() };
+        let (known, _) = Problem::bind(program, tables.clone(), &bare).map_err(|found| said(&found))?;
+        let mut options = options.clone();
+        let named = |name: &str| !known.layout.matching(program, name).is_empty();
+        options.selection.free.retain(|name| named(name));
+        options.selection.fix.retain(|(name, _)| named(name));
         let (problem, _) = Problem::bind(program, tables, &options).map_err(|found| said(&found))?;
         Ok::<_, String>(problem)
     };

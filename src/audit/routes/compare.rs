@@ -18,6 +18,9 @@ const SHARE: f64 = 1e-9;
 /// Differences that are less certain than this share of it show nothing.
 const SHARP: f64 = 1e-6;
 
+/// What rounding of the terms of a residual makes of a difference with the finest step, 0.0006: two steps may agree by chance.
+const ROUNDING: f64 = 4.0 * f64::EPSILON / 0.0006;
+
 /// Smaller steps, as a share of the others.
 const SMALLER: f64 = 1e-3;
 
@@ -213,13 +216,23 @@ impl<'p> Residuals<'p> {
                 for (i, found) in self.by_steps(row, column, unit).into_iter().enumerate() {
                     let at = i * row.columns.len() + j;
                     let natural = sizes.residual(self.measurement.residuals[i].dimension, row.values[i]);
-                    let found = sharp(found, share * natural + (row.exact[at] * unit).abs(), unit);
+                    let noise = ROUNDING * natural.max(self.largest_like(row, i));
+                    let found = sharp(found, share * natural + (row.exact[at] * unit).abs(), noise, unit);
                     let better = |(_, allowed): &(f64, f64)| all[at].is_none_or(|(_, known)| *allowed < known);
                     all[at] = found.filter(better).or(all[at]);
                 }
             }
         }
         all
+    }
+
+    /// The largest reading of a residual's dimension: it is a difference of numbers of this size, however small it is itself.
+    fn largest_like(&self, row: &Row, residual: usize) -> f64 {
+        let dimension = self.measurement.residuals[residual].dimension;
+        let readings = self.measurement.inputs.iter().zip(&row.inputs);
+        readings
+            .filter(|(input, _)| input.unit.dimension == dimension)
+            .fold(0.0, |most, (_, value)| most.max(value.abs()))
     }
 
     /// The change of each residual by a unit of a column, and how uncertain it is.
@@ -239,9 +252,9 @@ impl<'p> Residuals<'p> {
     }
 }
 
-/// What a difference by a unit says of a derivative, where a residual is of some size.
-fn sharp((found, uncertainty): (f64, f64), size: f64, unit: f64) -> Difference {
-    let allowed = BEYOND_UNCERTAINTY * uncertainty + SHARE * size;
+/// What a difference by a unit says of a derivative, where a residual is of some size and known but for some noise.
+fn sharp((found, uncertainty): (f64, f64), size: f64, noise: f64, unit: f64) -> Difference {
+    let allowed = BEYOND_UNCERTAINTY * uncertainty + SHARE * size + noise;
     (uncertainty <= SHARP * size).then_some((found / unit, allowed / unit))
 }
 
