@@ -88,7 +88,8 @@ impl SquareRootInformation {
             left.rest -= x[n] * x[n];
         }
         left.rest -= other.rest;
-        if left.rest < -((n + 1) as f64 * ROUNDING * size).sqrt() * size.sqrt() {
+        // where little is left of a pivot d has an error that the rest makes good; below zero it cannot
+        if left.rest < -((n + 1) as f64 * ROUNDING * size) {
             return Err(LinalgError::NotAbsorbed);
         }
         left.rest = left.rest.max(0.0);
