@@ -16,6 +16,11 @@ pub mod before {
     #![doc = include_str!("../docs/before.md")]
 }
 
+/// Robots from tables and URDF files, and back.
+pub mod import {
+    #![doc = include_str!("../docs/import.md")]
+}
+
 /// The language of model files.
 pub mod language {
     #![doc = include_str!("../docs/language.md")]
