@@ -49,6 +49,7 @@
 //! | [`coverage`](mod@coverage) | whether the stated uncertainties are true |
 //! | [`design`](mod@design) | which rows to measure |
 //! | [`compare`] | two fits side by side |
+//! | [`exchange`] | Denavit–Hartenberg tables and URDF files, read as models and written with calibrated numbers |
 //! | [`report`] | text, JSON, HTML |
 //! | [`cli`] | the command line |
 //! | `testing` | strategies and assertions for property tests of models, with the feature `proptest` |
@@ -116,6 +117,7 @@ pub mod diag;
 pub mod emit;
 pub mod eval;
 pub mod evaluate;
+pub mod exchange;
 pub mod fit;
 pub mod graph;
 pub mod guide;

@@ -20,12 +20,15 @@ mod derive;
 mod design;
 mod evaluate;
 mod explain;
+mod export;
 mod far;
 mod identify;
+mod import;
 mod init;
 mod interrupt;
 mod jacobian;
 mod observations;
+mod overview;
 mod progress;
 mod report;
 mod sequential;
@@ -93,10 +96,16 @@ enum Command {
     Evaluate(evaluate::Evaluate),
     /// Compare two fits: does freeing a parameter pay, and do they agree?
     Compare(compare::Compare),
+    /// Fit many models: what is free, seen and least known of each, as a table
+    Overview(overview::OverviewOf),
     /// A fit as a page to look at: one HTML file, figures as SVG
     Report(report::Report),
     /// Write a commented model to begin with
     Init(init::Init),
+    /// A model from a Denavit-Hartenberg table or a URDF
+    Import(import::Import),
+    /// A chain's calibrated numbers as a Denavit-Hartenberg table or in its URDF, with their covariance
+    Export(export::Export),
     /// Explain a code such as E012
     Explain(explain::Explain),
     /// Completions for a shell
@@ -118,8 +127,11 @@ impl Command {
             Command::Jacobian(command) => command.run(format),
             Command::Evaluate(command) => command.run(format),
             Command::Compare(command) => command.run(format),
+            Command::Overview(command) => command.run(format, interrupt),
             Command::Report(command) => command.run(format),
             Command::Init(command) => command.run(format),
+            Command::Import(command) => command.run(format),
+            Command::Export(command) => command.run(format),
             Command::Explain(command) => Ok(command.run(format)),
             Command::Completions(command) => Ok(command.run(format)),
             Command::Man(command) => command.run(format),

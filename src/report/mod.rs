@@ -19,6 +19,7 @@ mod jacobian;
 mod matrix;
 mod number;
 mod observations;
+mod overview;
 mod page;
 mod restraints;
 mod routes;
@@ -41,6 +42,7 @@ pub use identify::{practice_json, practice_text, structure_json, structure_text}
 pub use jacobian::{jacobian_json, jacobian_text};
 pub use matrix::{matrix_json, matrix_text};
 pub use number::{rounded, significant, with_sigma};
+pub use overview::{Overview, overview_json, overview_text};
 pub use page::{Page, Reported, page};
 pub use routes::{routes_json, routes_text};
 pub use table::{Align, Grid};
