@@ -1,4 +1,4 @@
-//! What is done with bytes that may be anything: five ways into the program, each with what has to hold behind it.
+//! What is done with bytes that may be anything: six ways into the program, each with what has to hold behind it.
 //!
 //! The fuzzer's targets and `tests/it/fuzz.rs` both run these.
 
@@ -10,6 +10,7 @@ use phical::compile::compile;
 use phical::data::{Table, read_input, write_to};
 use phical::diag::{self, Diagnostics, Source};
 use phical::evaluate::point;
+use phical::exchange::{Convention, TableUnits, Urdf, model_text, read_table, robot_of};
 use phical::lang;
 use phical::model::{self, DataFile};
 use phical::problem::{Execution, Options, Problem, Selection, Weights};
@@ -21,8 +22,8 @@ use phical::solve::LeastSquares;
 pub type Target = (&'static str, fn(&[u8]));
 
 /// All of them.
-pub const TARGETS: [Target; 5] =
-    [("model", model), ("expression", expression), ("csv", csv), ("fit", fit), ("matrix", matrix)];
+pub const TARGETS: [Target; 6] =
+    [("model", model), ("expression", expression), ("csv", csv), ("fit", fit), ("matrix", matrix), ("import", import)];
 
 /// Diagnostics can be shown, whatever they say.
 fn shown(found: &Diagnostics) {
@@ -224,6 +225,27 @@ pub fn matrix(data: &[u8]) {
             Ok((_, found)) | Err(found) => shown(&found),
         }
     });
+}
+
+/// A robot of another program is read or refused; what is read is a model that compiles.
+pub fn import(data: &[u8]) {
+    let Ok(text) = std::str::from_utf8(data) else { return };
+    let source = Source::new("robot", text);
+    let read = if text.trim_start().starts_with('<') {
+        Urdf::read(&source).and_then(|urdf| urdf.path(None, None).map(|path| robot_of(&urdf, &path)))
+    } else {
+        read_table(&source, Some(Convention::Dh), &TableUnits::default())
+    };
+    let robot = match read {
+        Ok(robot) => robot,
+        Err(found) => return shown(&found),
+    };
+    let imported = model_text(&robot, "robot");
+    let source = Source::new("model.ron", imported.text.as_str());
+    let compiled = model::load(&source).and_then(|(model, _)| compile(&model, &source, &[]));
+    if let Err(found) = compiled {
+        panic!("what is imported is no model:\n{}\n{}", imported.text, diag::text(&found, false));
+    }
 }
 
 /// The rows of the matrices' model, whether this is compiled by the fuzzer's package or by the crate's tests.

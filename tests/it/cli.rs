@@ -16,7 +16,7 @@ fn misra() -> String {
     model("nist/Misra1a")
 }
 
-fn phical(arguments: &[&str]) -> Output {
+pub fn phical(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_phical")).args(arguments).output().unwrap()
 }
 

@@ -149,6 +149,11 @@ fn matrices_of_any_bytes() {
 }
 
 #[test]
+fn robots_of_any_bytes() {
+    fuzzed("import");
+}
+
+#[test]
 fn the_corpus_is_small() {
     let bytes: usize = targets::TARGETS.iter().flat_map(|(name, _)| corpus(name)).map(|data| data.len()).sum();
     assert!(bytes < 200_000, "{bytes} bytes");

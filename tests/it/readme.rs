@@ -118,11 +118,15 @@ fn folders() -> Vec<PathBuf> {
 fn commands_of_the_models_are_not_refused() {
     for folder in folders() {
         let Ok(text) = std::fs::read_to_string(folder.join("README.md")) else { continue };
+        // a command may go on in the next line
+        let text = text.replace("\\\n", " ");
         for line in text.lines().filter_map(|line| line.strip_prefix("    phical ")) {
             // a line that writes somewhere, or reads what another wrote, is an example of its kind
-            if line.contains("--out") || line.contains("--fit") || line.contains('>') {
+            if line.contains("/tmp/") || line.contains("--fit") || line.contains('>') {
                 continue;
             }
+            // what takes minutes is the same command with less to do
+            let line = line.replace("--seeds 1000", "--seeds 3");
             let output = run(&format!("phical {line}")).expect("a command");
             let said = String::from_utf8_lossy(&output.stderr).into_owned();
             let absent = said.contains("[W003]") || said.contains("[E035]");

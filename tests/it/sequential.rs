@@ -257,6 +257,9 @@ fn a_row_taken_out_was_never_there() {
 }
 
 proptest! {
+    // one case in twenty thousand leaves so little of a pivot that the rotations have to give up
+    #![proptest_config(ProptestConfig::with_cases(40_000))]
+
     /// What is taken out again was never there, also where it alone saw a direction.
     #[test]
     fn removal_undoes_a_merge(

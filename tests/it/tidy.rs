@@ -18,7 +18,7 @@ const LAYERS: &[&[&str]] = &[
     &["evaluate", "identify", "derive"],
     &["audit", "survey"],
     &["session", "emit"],
-    &["compare", "coverage", "design"],
+    &["compare", "coverage", "design", "exchange"],
     &["report"],
     &["cli", "testing"],
 ];
