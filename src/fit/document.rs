@@ -278,7 +278,13 @@ impl Document {
         let term = |(name, weight): (&String, &Value)| {
             let known = self.parameters.iter().find(|p| p.name == *name)?;
             let weight = weight.as_f64()?;
-            Some(Term { name: name.clone(), weight, tolerance: known.tolerance, unit: known.unit.clone() })
+            Some(Term {
+                name: name.clone(),
+                weight,
+                tolerance: known.tolerance,
+                unit: known.unit.clone(),
+                value: known.value,
+            })
         };
         let words =
             |direction: &Direction| sentence(&direction.combination.iter().filter_map(term).collect::<Vec<_>>());

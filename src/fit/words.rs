@@ -11,6 +11,8 @@ pub struct Term {
     pub tolerance: f64,
     /// Its unit.
     pub unit: String,
+    /// Its value, in its unit.
+    pub value: f64,
 }
 
 /// A squared weight beyond this makes a parameter one of those that the sentence is about.
@@ -21,13 +23,18 @@ const TOLD: f64 = 0.0005;
 const MOST: usize = 8;
 /// Amounts that differ by less than this are called equal.
 const EQUAL: f64 = 0.02;
+/// Amounts are in proportion to the values where their quotients differ by less.
+const IN_PROPORTION: f64 = 1e-3;
+/// So many at least: of two, what is left of a rotation may look like it.
+const LEAST_IN_PROPORTION: usize = 3;
 
 /// What cannot be known, and the movement that shows it: "`L1.b` and `R1.b` can only be known in difference: moving both by 1 mm
-/// changes no residual". The parameter with the largest weight moves by one unit.
+/// changes no residual". The parameter with the largest weight moves by one unit. Where all move in proportion to their values, it is a
+/// scale that cannot be known.
 ///
 /// ```
 /// use phical::fit::{Term, sentence};
-/// let term = |name: &str, weight| Term { name: name.into(), weight, tolerance: 0.1, unit: "mm".into() };
+/// let term = |name: &str, weight| Term { name: name.into(), weight, tolerance: 0.1, unit: "mm".into(), value: 0.0 };
 /// assert_eq!(
 ///     sentence(&[term("L1.b", 0.7), term("R1.b", 0.7)]),
 ///     "`L1.b` and `R1.b` can only be known in difference: moving both by 1 mm changes no residual"
@@ -35,18 +42,24 @@ const EQUAL: f64 = 0.02;
 /// ```
 pub fn sentence(terms: &[Term]) -> String {
     let Some(moved) = Movement::new(terms) else { return "nothing is known of a combination".into() };
-    let names: Vec<&str> = moved.telling.iter().map(|part| part.name.as_str()).collect();
     let way = moved.way();
-    match (&names[..], moved.minor.is_empty()) {
-        ([alone], true) => format!("`{alone}` is seen by nothing: no residual changes with it"),
-        ([alone], false) => format!("`{alone}` cannot be known: moving {way} changes no residual"),
-        _ => format!("{} can only be known in {}: moving {way} changes no residual", list(&names), moved.kind()),
+    match (&moved.telling[..], moved.minor.is_empty() && moved.more == 0) {
+        ([alone], true) => format!("`{}` is seen by nothing: no residual changes with it", alone.name),
+        ([alone], false) if !moved.scale => {
+            format!("`{}` cannot be known: moving {way} changes no residual", alone.name)
+        }
+        _ => format!("{} can only be known in {}: moving {way} changes no residual", moved.names(), moved.kind()),
     }
 }
 
-/// The movement alone: "both by 1 mm", "`a` by 1 mm and `b` by -0.5 mrad".
+/// The movement alone: "`a` and `b` both by 1 mm", "`a` by 1 mm and `b` by -0.5 mrad".
 pub fn movement(terms: &[Term]) -> String {
-    Movement::new(terms).map_or_else(String::new, |moved| moved.way())
+    let Some(moved) = Movement::new(terms) else { return String::new() };
+    match (&moved.telling[..], moved.is_together()) {
+        (_, true) if moved.telling.len() > 1 || moved.scale => format!("{} {}", moved.names(), moved.way()),
+        ([alone], _) => moved.way().replacen("it", &alone.quoted(), 1),
+        _ => moved.way(),
+    }
 }
 
 /// How far a parameter goes.
@@ -56,10 +69,21 @@ struct Part {
     unit: String,
 }
 
+impl Part {
+    fn quoted(&self) -> String {
+        format!("`{}`", self.name)
+    }
+}
+
 struct Movement {
+    /// Those that the sentence is about.
     telling: Vec<Part>,
+    /// Others that move with them, as far as they are named.
     minor: Vec<Part>,
+    /// How many are not.
     more: usize,
+    /// Whether all move in proportion to their values.
+    scale: bool,
 }
 
 impl Movement {
@@ -78,13 +102,27 @@ impl Movement {
                 unit: unit.to_owned(),
             }
         };
-        let telling = all.iter().take_while(|term| term.weight * term.weight > TELLING).count().clamp(1, MOST);
+        let telling = all.iter().take_while(|term| term.weight * term.weight > TELLING).count().max(1);
         let shown = all.len().min(MOST.max(telling));
         Some(Movement {
             telling: all[..telling].iter().map(part).collect(),
             minor: all[telling..shown].iter().map(part).collect(),
             more: all.len() - shown,
+            scale: are_in_proportion(&all),
         })
+    }
+
+    /// Those that the sentence is about, by name.
+    fn names(&self) -> String {
+        match self.scale {
+            true => counted(self.telling.iter().chain(&self.minor).map(Part::quoted).collect(), self.more),
+            false => counted(self.telling.iter().map(Part::quoted).collect(), 0),
+        }
+    }
+
+    /// Whether one amount is that of all.
+    fn is_together(&self) -> bool {
+        self.scale || self.alike() == (true, true)
     }
 
     /// Whether all go as far, and all the same way.
@@ -95,6 +133,9 @@ impl Movement {
     }
 
     fn kind(&self) -> &'static str {
+        if self.scale {
+            return "proportion";
+        }
         match (self.alike(), self.telling.len()) {
             ((true, true), 2) => "difference",
             ((true, true), _) => "their differences",
@@ -104,6 +145,9 @@ impl Movement {
     }
 
     fn way(&self) -> String {
+        if self.scale {
+            return "all by 0.1 % of themselves".into();
+        }
         let each = |parts: &[Part]| -> Vec<String> {
             parts.iter().map(|part| format!("`{}` by {}", part.name, quantity(part.amount, &part.unit))).collect()
         };
@@ -111,14 +155,10 @@ impl Movement {
             ([alone], _) => format!("it by {}", quantity(1.0, &alone.unit)),
             ([first, _], (true, true)) => format!("both by {}", quantity(1.0, &first.unit)),
             ([first, ..], (true, true)) => format!("all by {}", quantity(1.0, &first.unit)),
-            (parts, _) => list_plain(&each(parts)),
+            (parts, _) => counted(each(parts), 0),
         };
-        if !self.minor.is_empty() {
-            let mut minor = each(&self.minor);
-            if self.more > 0 {
-                minor.push(format!("{} more", self.more));
-            }
-            way += &format!(", with {},", list_plain(&minor));
+        if !self.minor.is_empty() || self.more > 0 {
+            way += &format!(", with {},", counted(each(&self.minor), self.more));
         }
         way
     }
@@ -155,17 +195,27 @@ fn short(value: f64) -> String {
     }
 }
 
-/// `a`, `b` and `c`, in quotes.
-fn list(names: &[&str]) -> String {
-    list_plain(&names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>())
-}
-
-fn list_plain(names: &[String]) -> String {
-    match names {
+/// "a, b and c", of many the first, and how many more.
+fn counted(mut names: Vec<String>, more: usize) -> String {
+    let more = more + names.len().saturating_sub(MOST);
+    names.truncate(MOST);
+    if more > 0 {
+        names.push(format!("{more} more"));
+    }
+    match &names[..] {
         [] => String::new(),
         [one] => one.clone(),
         [first @ .., last] => format!("{} and {last}", first.join(", ")),
     }
+}
+
+/// Whether all are of one unit and move by the same share of their values.
+fn are_in_proportion(all: &[&Term]) -> bool {
+    let [first, rest @ ..] = all else { return false };
+    let share = |term: &Term| term.weight * term.tolerance / term.value;
+    let of_first = share(first);
+    let as_first = |term: &&Term| term.unit == first.unit && (share(term) / of_first - 1.0).abs() < IN_PROPORTION;
+    all.len() >= LEAST_IN_PROPORTION && of_first.is_finite() && rest.iter().all(as_first)
 }
 
 #[cfg(test)]
@@ -178,6 +228,7 @@ mod tests {
             weight,
             tolerance,
             unit: unit.into(),
+            value: 0.0,
         };
         sentence(&all.iter().map(term).collect::<Vec<_>>())
     }
@@ -208,6 +259,45 @@ mod tests {
             of(&same),
             "`a`, `b` and `c` can only be known in their differences: moving all by 1 changes no residual"
         );
+    }
+
+    #[test]
+    fn many_are_counted() {
+        let names: Vec<String> = (1..=11).map(|i| format!("p{i}")).collect();
+        let all: Vec<(&str, f64, f64, &str)> = names.iter().map(|name| (name.as_str(), 0.3, 1.0, "mm")).collect();
+        assert_eq!(
+            of(&all),
+            "`p1`, `p2`, `p3`, `p4`, `p5`, `p6`, `p7`, `p8` and 3 more can only be known in their differences: \
+             moving all by 1 mm changes no residual"
+        );
+    }
+
+    #[test]
+    fn a_scale_is_called_so() {
+        let term = |name: &str, value: f64, tolerance: f64| Term {
+            name: name.into(),
+            weight: value / tolerance / 1000.0,
+            tolerance,
+            unit: "mm".into(),
+            value,
+        };
+        let mut all = [term("x", 600.0, 1.0), term("y", -148.3, 0.5), term("z", 52.6, 1.0)];
+        assert_eq!(
+            sentence(&all),
+            "`x`, `y` and `z` can only be known in proportion: moving all by 0.1 % of themselves changes no residual"
+        );
+        assert_eq!(movement(&all), "`x`, `y` and `z` all by 0.1 % of themselves");
+        all[1].weight *= 1.01;
+        assert!(sentence(&all).contains("in combination"), "{}", sentence(&all));
+    }
+
+    #[test]
+    fn movements_say_what_moves() {
+        let term =
+            |name: &str, weight| Term { name: name.into(), weight, tolerance: 1.0, unit: "mm".into(), value: 0.0 };
+        assert_eq!(movement(&[term("a", 0.7), term("b", 0.7)]), "`a` and `b` both by 1 mm");
+        assert_eq!(movement(&[term("a", 0.7), term("b", -0.7)]), "`a` by 1 mm and `b` by -1 mm");
+        assert_eq!(movement(&[term("bit", 1.0)]), "`bit` by 1 mm");
     }
 
     #[test]

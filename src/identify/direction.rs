@@ -57,6 +57,7 @@ fn terms(problem: &Problem, z: &[f64]) -> Vec<Term> {
                 weight: *weight,
                 tolerance: units.to_reported(coordinate.tolerance, coordinate.dimension),
                 unit: units.symbol(coordinate.dimension),
+                value: units.to_reported(problem.start[c], coordinate.dimension),
             }
         })
         .collect()

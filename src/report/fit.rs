@@ -158,7 +158,13 @@ pub(super) fn estimates(parameters: &[Estimate], of_norm: bool) -> String {
 pub fn direction(combination: &[(String, f64)], parameters: &[Estimate]) -> String {
     let term = |(name, weight): &(String, f64)| {
         let known = parameters.iter().find(|p| p.name == *name)?;
-        Some(Term { name: name.clone(), weight: *weight, tolerance: known.tolerance, unit: known.unit.clone() })
+        Some(Term {
+            name: name.clone(),
+            weight: *weight,
+            tolerance: known.tolerance,
+            unit: known.unit.clone(),
+            value: known.value,
+        })
     };
     sentence(&combination.iter().filter_map(term).collect::<Vec<_>>())
 }
