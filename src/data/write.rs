@@ -49,7 +49,7 @@ pub fn write_to(program: &Program, measurement: usize, table: &Table, out: &mut 
         }
         for (&reading, (column, dms)) in table.row(row).iter().zip(&columns) {
             let value = column.from_internal(reading);
-            if !value.is_finite() {
+            if !value.is_finite() || (*dms && !(value * 648_000.0).is_finite()) {
                 return Err(io::Error::new(io::ErrorKind::InvalidData, format!("row {} is not finite", row + 1)));
             }
             cell.clear();
@@ -72,10 +72,11 @@ fn put(cell: &mut String, value: f64, dms: bool) {
     // the seconds of arc that are read back as this angle; below 2⁵³ their parts are exact
     let radians = |seconds: f64| seconds / 648_000.0 * std::f64::consts::PI;
     let seconds = nearest(value.abs() / std::f64::consts::PI * 648_000.0, value.abs(), radians);
-    let degrees = (seconds / 3600.0).floor();
-    let rest = seconds - 3600.0 * degrees;
-    let minutes = (rest / 60.0).floor();
-    let (sign, rest) = (if value < 0.0 { "-" } else { "" }, rest - 60.0 * minutes);
+    // remainders are exact, however many degrees there are
+    let of_degree = seconds % 3600.0;
+    let degrees = ((seconds - of_degree) / 3600.0).round();
+    let minutes = (of_degree / 60.0).floor();
+    let (sign, rest) = (if value < 0.0 { "-" } else { "" }, of_degree % 60.0);
     let _ = write!(cell, "{sign}{degrees}-{minutes:02}-");
     let start = cell.len();
     for decimals in 0..=MOST_DECIMALS {
@@ -107,6 +108,16 @@ mod tests {
             let angle = seconds / 648_000.0 * std::f64::consts::PI;
             put(&mut cell, angle, true);
             prop_assert_eq!(parse_dms(&cell), Ok(angle), "{}", cell);
+        }
+
+        /// Minutes and seconds stay below 60 where there are more degrees than digits.
+        #[test]
+        fn any_angle_is_written_and_read(power in 0.0..300.0_f64) {
+            let mut cell = String::new();
+            let angle = 10_f64.powf(power);
+            put(&mut cell, angle, true);
+            let read = parse_dms(&cell);
+            prop_assert!(read.as_ref().is_ok_and(|read| (read / angle - 1.0).abs() < 1e-15), "{} {:?}", cell, read);
         }
     }
 
