@@ -146,3 +146,25 @@ fn the_panda_with_everything_free() {
     assert_eq!(found.invisible.iter().filter(|one| others(one, "J7.", "ball")).count(), 2);
     assert!(structure_of(&program, Options::default()).sound());
 }
+
+#[test]
+fn what_has_outputs_only_tells_nothing_and_hides_nothing() {
+    let residual = r#""x": (inputs: {"x": (), "y": ()}, residuals: {"r": "y - a - b*x"})"#;
+    let outputs = r#""p": (inputs: {"x": ()}, outputs: {"line": "a + b*x"})"#;
+    let draw = r#"draw: {"x": Uniform(0, 1)}"#;
+    let program = compiled(&format!(
+        r#"(name: "both", parameters: {{"a": Scalar(Free(0)), "b": Scalar(Free(1))}}, measurements: {{{outputs}, {residual}}},
+            scenarios: {{"s": (measurements: {{"p": (rows: 9, {draw}), "x": (rows: 9, {draw}, set: {{"y": "a + b*x"}})}})}})"#
+    ));
+    let found = structure_of(&program, Options::default());
+    assert_eq!((found.rank, found.free.len(), found.invisible.len()), (2, 2, 0));
+}
+
+#[test]
+fn a_scale_that_nothing_sees_is_called_so() {
+    let text = std::fs::read_to_string(project("models/epipolar_pair/model.ron")).expect("a model");
+    let found = structure_of(&compiled(&text), freed(&["base.x"]));
+    let words: Vec<&str> = found.invisible.iter().map(|direction| direction.sentence.as_str()).collect();
+    let scale = "`base.x`, `base.y` and `base.z` can only be known in proportion: moving all by 0.1 % of themselves changes no residual";
+    assert_eq!(words, [scale]);
+}
