@@ -33,7 +33,8 @@ proptest! {
                 prop_assert_eq!(iteration.cost, cost);
                 if iteration.accepted {
                     let trial = iteration.trial_cost.expect("accepted where undefined");
-                    prop_assert!(trial <= cost * (1.0 + 1e-11));
+                    // but for what rounding makes of a cost where long columns nearly cancel
+                    prop_assert!(trial <= cost * (1.0 + 1e-9));
                     cost = trial;
                 }
             }
