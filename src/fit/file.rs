@@ -52,7 +52,8 @@ impl FitFile {
                 json!({
                     "iteration": t.iteration, "kind": t.kind.name(), "cost": t.cost, "trial_cost": t.trial_cost,
                     "predicted": t.predicted, "gain": t.gain, "damping": t.damping, "radius": t.radius,
-                    "step_norm": t.step_norm, "gradient": t.gradient, "accepted": t.accepted, "conic": t.conic.as_ref().map(|step| conic(fit, step)),
+                    "rounding": t.rounding, "step_norm": t.step_norm, "gradient": t.gradient, "accepted": t.accepted,
+                    "conic": t.conic.as_ref().map(|step| conic(fit, step)),
                 })
             })
             .collect();

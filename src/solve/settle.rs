@@ -128,6 +128,7 @@ impl<L: LeastSquares> Search<'_, L> {
             kind: Kind::Datum,
             cost: state.cost,
             trial_cost: cost,
+            rounding: state.cost_rounding(),
             predicted,
             gain: None,
             damping: 0.0,

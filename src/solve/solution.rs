@@ -113,6 +113,8 @@ pub struct Iteration {
     pub cost: f64,
     /// Cost where it leads; `None` where a residual is undefined there.
     pub trial_cost: Option<f64>,
+    /// What may be rounding of `cost`: where the gradient falls, a step may be taken whose cost is higher by no more.
+    pub rounding: f64,
     /// By how much the linear model says that the cost falls.
     pub predicted: f64,
     /// (cost − trial cost) / predicted.

@@ -71,12 +71,19 @@ impl<P> State<P> {
         ROOM * f64::EPSILON * sum
     }
 
-    /// How well the cost ½‖r‖² can be known at all: ‖r‖ ε √Σ (‖Jⱼ‖ mⱼ)². Readings of a few micrometres over some metres leave more
-    /// than a share of the cost tells.
+    /// How well the cost ½‖r‖² is known where residuals are differences of what is as large as the parameters:
+    /// ‖r‖ ε √Σ (‖Jⱼ‖ mⱼ)². Readings of a few micrometres over some metres leave more than a share of the cost tells.
     pub(super) fn noise(&self) -> f64 {
         let terms = self.information.r().column_norms();
         let square: f64 = terms.iter().zip(&self.magnitude).map(|(norm, m)| (norm * m).powi(2)).sum();
         (2.0 * self.cost.max(0.0)).sqrt() * f64::EPSILON * square.sqrt()
+    }
+
+    /// A rise of the cost that counts as rounding when a step is judged by the gradient.
+    pub(super) fn cost_rounding(&self) -> f64 {
+        /// As a share of the cost, of a sum of squares of differences of large numbers.
+        const INVISIBLE_RISE: f64 = 1e-11;
+        (INVISIBLE_RISE * self.cost).max(self.noise())
     }
 
     /// The largest |δⱼ|/mⱼ.

@@ -33,6 +33,7 @@ impl<L: LeastSquares> Search<'_, L> {
             kind: self.kind,
             cost: state.cost,
             trial_cost: cost,
+            rounding: state.cost_rounding(),
             predicted: step.predicted,
             gain,
             damping: step.damping,
@@ -49,10 +50,9 @@ impl<L: LeastSquares> Search<'_, L> {
         let falls = gain.is_some_and(|gain| gain >= self.settings.gain) && actual > 0.0;
         // the conic search goes on by the gradient where Gauss–Newton steps overshoot, too
         let by_gradient = step.full || self.method == Method::Conic;
-        let noise = state.noise();
         let unresolved = by_gradient
-            && step.predicted <= (UNRESOLVED * state.cost).max(noise)
-            && actual >= -(INVISIBLE_RISE * state.cost).max(noise);
+            && step.predicted <= (UNRESOLVED * state.cost).max(state.noise())
+            && actual >= -state.cost_rounding();
         if !falls && !unresolved {
             return Trial::Rejected { actual };
         }
@@ -113,6 +113,3 @@ impl<L: LeastSquares> Search<'_, L> {
 /// A predicted fall below this share of the cost may drown in the rounding of the cost. A Gauss–Newton step is then
 /// judged by the gradient instead.
 const UNRESOLVED: f64 = 1e-8;
-
-/// A rise of the cost, as a share, that counts as rounding when a step is judged by the gradient.
-const INVISIBLE_RISE: f64 = 1e-11;

@@ -88,6 +88,8 @@ fn descend<L: LeastSquares>(
                 kind: Kind::Step,
                 cost,
                 trial_cost: None,
+                // no step is taken here that the cost does not show
+                rounding: 0.0,
                 predicted,
                 gain: None,
                 damping: 0.0,
