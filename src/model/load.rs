@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use ron::error::{Error as RonError, SpannedError};
+use ron::error::Error as RonError;
 
 use super::Model;
+use super::mend::{self, Mistake};
 use super::read::{Fields, Reader};
-use super::tree::{self, Body, Kind, Node, skip_blank, skip_block_comment, skip_line_comment};
+use super::tree::{Body, Kind, Node, skip_blank, skip_block_comment, skip_line_comment};
 use crate::diag::{Code, DataPlace, Diagnostic, Diagnostics, Position, Source, Span};
 
 /// How many brackets may be open at once. Models need about ten; the parser stops at about sixty.
@@ -20,7 +21,8 @@ const MOST_BYTES: usize = 4 << 20;
 ///
 /// # Errors
 ///
-/// Everything that is wrong with the structure of the file, at once. A text that is not RON stops at the first mistake.
+/// Everything that is wrong with the structure of the file, at once. Where a text is not RON, what follows is judged as far as
+/// the mistake is of a comma or a colon.
 /// What expressions and quantities say is not looked at here.
 pub fn load(source: &Arc<Source>) -> Result<(Model, Diagnostics), Diagnostics> {
     if source.text().len() > MOST_BYTES {
@@ -36,11 +38,12 @@ pub fn load(source: &Arc<Source>) -> Result<(Model, Diagnostics), Diagnostics> {
     let text = source.text().strip_prefix('\u{feff}').unwrap_or(source.text());
     let shift = source.text().len() - text.len();
     // A raw value may not end in a comment: make sure of a line break.
-    let text = format!("{text}\n");
-    let root = tree::parse(&text, shift)
-        .map_err(|error| Diagnostics::from(syntax(source, &text, shift, &error, &brackets)))?;
-
+    let mut text = format!("{text}\n");
+    let (root, mistakes) = mend::parse(&mut text, shift);
     let mut reader = Reader::new(source);
+    mistakes.iter().for_each(|mistake| reader.found.push(syntax(source, &text, shift, mistake, &brackets)));
+    let Some(root) = root else { return Err(reader.found.sorted()) };
+
     let model = read_root(&root, &mut reader);
     if let Some(model) = &model {
         unique_joints(model, &mut reader);
@@ -81,7 +84,8 @@ fn unique_joints(model: &Model, reader: &mut Reader) {
 }
 
 /// What the parser says, at its place in the file.
-fn syntax(source: &Arc<Source>, text: &str, shift: usize, error: &SpannedError, brackets: &Brackets) -> Diagnostic {
+fn syntax(source: &Arc<Source>, text: &str, shift: usize, mistake: &Mistake, brackets: &Brackets) -> Diagnostic {
+    let error = &mistake.error;
     let parsed = Source::new("", text);
     let byte = |at: ron::error::Position| {
         let position = Position { line: at.line, column: at.col };
@@ -99,9 +103,12 @@ fn syntax(source: &Arc<Source>, text: &str, shift: usize, error: &SpannedError, 
         return Diagnostic::error(Code::NestedTooDeep, message).at(source, span);
     }
     let ended = rest.is_empty() && brackets.unclosed.is_some();
-    let message = match ended {
-        true => "the text ends before all brackets are closed".to_owned(),
-        false => say(&error.code),
+    let message = match rest.chars().next() {
+        _ if ended => "the text ends before all brackets are closed".to_owned(),
+        Some(c @ ('=' | ';')) => format!("`{c}` does not belong here"),
+        Some(',') => say(&error.code),
+        _ if mistake.right == Some(":") => "expected a colon".to_owned(),
+        _ => say(&error.code),
     };
     let mut found = Diagnostic::error(Code::Syntax, message).at(source, span);
     if let Some((open, close)) = brackets.mismatch {
@@ -109,7 +116,11 @@ fn syntax(source: &Arc<Source>, text: &str, shift: usize, error: &SpannedError, 
     } else if let Some(open) = brackets.unclosed {
         found = found.label(source, open, "this bracket is not closed");
     }
-    if rest.starts_with(':') {
+    if rest.starts_with('=') {
+        found = found.hint("a name and its value are joined by a colon: `nominal: 0`");
+    } else if rest.starts_with(';') {
+        found = found.hint("values are separated by commas");
+    } else if rest.starts_with(':') {
         found = found.hint(
             "a value without a name cannot be followed by named ones: write `Free(nominal: …, min: …)`, `Scalar(value: …, sigma: …)`",
         );

@@ -21,6 +21,7 @@ mod columns;
 mod leaf;
 mod load;
 mod measurement;
+mod mend;
 mod parameter;
 mod print;
 mod raw;

@@ -2,11 +2,17 @@
 //!
 //! In the texts `‹` and `›` enclose the place that has to be reported; they are taken out before reading.
 
-use super::read;
+use std::collections::BTreeMap;
+
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::Index;
+
+use super::{TWO_THEODOLITE, read};
 use crate::diag::Code::{
     self, Duplicate, MissingField, NestedTooDeep, NotFinite, Syntax, UnknownField, UnknownVariant, WrongKind,
 };
-use crate::diag::{Place, Span, text};
+use crate::diag::{Diagnostic, Place, Span, text};
 
 /// The text without marks, and the marked places in order.
 fn unmark(marked: &str) -> (String, Vec<Span>) {
@@ -215,4 +221,58 @@ fn all_mistakes_at_once() {
     tolerances: (length: ‹1e400›),
 )"#,
     );
+}
+
+/// Commas and colons of a text outside quotes and comments, but for those before a closing bracket, which may be left out.
+fn separators(text: &str) -> Vec<usize> {
+    let (mut found, mut at) = (Vec::new(), 0);
+    for line in text.split_inclusive('\n') {
+        let mut quoted = false;
+        for (k, c) in line.char_indices() {
+            let rest = &line[k..];
+            let ends = rest[1..].trim_start().starts_with([')', ']', '}', '/']);
+            match c {
+                '"' => quoted = !quoted,
+                '/' if rest.starts_with("//") && !quoted => break,
+                ',' if !quoted && rest.starts_with(", ") && !ends => found.push(at + k),
+                ':' if !quoted && rest.starts_with(": ") => found.push(at + k),
+                _ => {}
+            }
+        }
+        at += line.len();
+    }
+    found
+}
+
+proptest! {
+    #[test]
+    fn commas_and_colons_are_missed_one_by_one(places in vec((any::<Index>(), 0..2_usize), 1..8)) {
+        let all = separators(TWO_THEODOLITE);
+        let mut text = TWO_THEODOLITE.to_owned();
+        let mut broken = BTreeMap::new();
+        for (place, how) in places {
+            let at = *place.get(&all);
+            let comma = &TWO_THEODOLITE[at..=at] == ",";
+            // what stands there instead, and how far behind it that shows
+            let (wrong, shows) = match (how, comma) {
+                (0, _) => (" ", 2),
+                (_, true) => (";", 0),
+                (_, false) => ("=", 0),
+            };
+            broken.entry(at).or_insert((wrong, at + shows));
+        }
+        for (&at, (wrong, _)) in &broken {
+            text.replace_range(at..=at, wrong);
+        }
+        let found = read(&text).expect_err("something is wrong");
+        let said = crate::diag::text(&found, false);
+        prop_assert!(found.0.iter().all(|mistake| mistake.code == Code::Syntax), "{said}");
+        let start = |mistake: &Diagnostic| match &mistake.place {
+            Some(Place::Text { span, .. }) => span.start,
+            other => panic!("{other:?}"),
+        };
+        let starts: Vec<usize> = found.0.iter().map(start).collect();
+        let expected: Vec<usize> = broken.values().map(|(_, shows)| *shows).collect();
+        prop_assert_eq!(starts, expected, "{}", said);
+    }
 }
