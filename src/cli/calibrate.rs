@@ -9,7 +9,7 @@ use super::arguments::{Chosen, Robustness, Weighting, collect, data, threads};
 use super::far::FromAfar;
 use super::interrupt::Interrupt;
 use super::observations::write_observations;
-use super::progress::{Progress, reading};
+use super::progress::shown;
 use super::report::Paper;
 use super::sequential::OneByOne;
 use super::solving::Solving;
@@ -93,11 +93,11 @@ impl Calibrate {
                 return Err(mistakes);
             }
         };
-        let execution = Execution::new(InstructionSet::detect(), self.threads).until(&interrupt.stop());
+        let watch = shown();
+        let execution = Execution::new(InstructionSet::detect(), self.threads).until(&interrupt.stop()).told_to(&watch);
         let selection = self.chosen.selection(start.as_ref());
         let options = Options { weights, selection, robust, known, execution, ..Options::default() };
-        let choice =
-            Choice { files: self.data.clone(), without: self.without.clone(), watch: reading(), ..Choice::default() };
+        let choice = Choice { files: self.data.clone(), without: self.without.clone(), watch, ..Choice::default() };
         let bound = match self.solving.is_sequential() {
             true => self.one_by_one.run(&session, &choice, options, format, interrupt)?,
             false => session.bind(&choice, &options)?,
@@ -107,11 +107,8 @@ impl Calibrate {
         let paper = self.paper.open()?;
 
         interrupt.heed();
-        let progress = Progress::new();
         let procedure = self.procedure(search);
-        let tell = |iteration, cost| progress.tell(iteration, cost);
-        let (mut calibration, problem) = calibrate_by(&bound, &procedure, &tell)?;
-        drop(progress);
+        let (mut calibration, problem) = calibrate_by(&bound, &procedure)?;
         let mut written = match &self.observations {
             Some(directory) => write_observations(directory, &problem, &calibration.fit)?,
             None => Vec::new(),

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use super::progress::reading;
+use super::progress::shown;
 use super::{Format, Outcome};
 use crate::audit::{CheckedRoutes, check_formulas, check_routes};
 use crate::compile::formulas;
@@ -39,7 +39,7 @@ pub(super) fn check(
 fn data(session: &Session, files: Vec<(String, String)>) -> Result<Vec<(usize, Table)>, Diagnostics> {
     let asked = !files.is_empty();
     let options = Options { weights: Some(Weights::Unit), unconstrained: true, ..Options::default() };
-    match session.bind(&Choice { files, given_only: true, watch: reading(), ..Choice::default() }, &options) {
+    match session.bind(&Choice { files, given_only: true, watch: shown(), ..Choice::default() }, &options) {
         Ok(bound) => Ok(bound.problem.blocks.iter().map(|block| (block.index, (*block.table).clone())).collect()),
         Err(found) if asked => Err(found),
         Err(_) => Ok(Vec::new()),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::arguments::data;
-use super::progress::reading;
+use super::progress::shown;
 use super::{Format, Outcome};
 use crate::compare::{agreement, nested};
 use crate::diag::Diagnostics;
@@ -44,7 +44,7 @@ impl Compare {
         free.sort();
         free.dedup();
         let selection = Selection { free: free.clone(), start: values[0].values.clone(), ..Selection::default() };
-        let choice = Choice { files: self.data.clone(), watch: reading(), ..Choice::default() };
+        let choice = Choice { files: self.data.clone(), watch: shown(), ..Choice::default() };
         let mut bound = session.bind(&choice, &Options { selection, ..Options::default() })?;
         let all = bound.problem.free.iter().zip(bound.problem.free_coordinates());
         let estimated = all.filter(|(_, c)| free.binary_search(&c.name).is_ok()).map(|(&c, _)| c).collect();

@@ -7,9 +7,10 @@ use serde_json::{Map, Value, json};
 
 use super::arguments::{Chosen, Robustness, Weighting, collect, rows, scenario_rows, threads};
 use super::interrupt::Interrupt;
-use super::progress::Counted;
+use super::progress::shown;
 use super::{Format, Outcome};
 use crate::coverage::{Options, coverage};
+use crate::data::Watch;
 use crate::diag::Diagnostics;
 use crate::problem::{self, Execution};
 use crate::report::{coverage_json, coverage_text};
@@ -60,23 +61,22 @@ impl Coverage {
             Some(asked) if !mistakes.has_errors() => asked,
             _ => return Err(mistakes),
         };
+        // one run is worth keeping
+        let (heeded, line) = (interrupt.clone(), shown());
+        let watch = Watch::new(move |stage| {
+            heeded.heed();
+            line.tell(stage);
+        });
         let problem = problem::Options {
             weights: self.weights.map(Weighting::weights),
             robust,
             selection: self.chosen.selection(None),
-            execution: Execution::new(InstructionSet::detect(), 1).until(&interrupt.stop()),
+            execution: Execution::new(InstructionSet::detect(), 1).until(&interrupt.stop()).told_to(&watch),
             ..problem::Options::default()
         };
         let (seeds, first, check_rows, threads) = (self.seeds, self.seed, self.check_rows, self.threads);
         let options = Options { seeds, first, rows, check_rows, problem, threads };
-        let progress = Counted::new(seeds, "runs");
-        let tell = |_| {
-            // one run is worth keeping
-            interrupt.heed();
-            progress.tell();
-        };
-        let found = coverage(&session, scenario, &options, &tell)?;
-        drop(progress);
+        let found = coverage(&session, scenario, &options)?;
         let text = || coverage_text(&found, &session, scenario);
         let json = || coverage_json(&found, &session, scenario, self.options());
         Ok(Outcome::new(format, text, json).trusted(found.honest() && found.whole).warned(found.warnings.clone()))

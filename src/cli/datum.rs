@@ -1,7 +1,7 @@
 //! `phical identify MODEL --fit FIT.json --datum P`: the fit at another datum.
 
 use super::identify::Identify;
-use super::progress::reading;
+use super::progress::shown;
 use super::{Format, Outcome};
 use crate::compile::quantity;
 use crate::diag::{Code, Diagnostic, Diagnostics};
@@ -30,7 +30,7 @@ pub(super) fn change(asked: &Identify, session: &Session, file: &str, format: Fo
     };
     let options = Options { weights, selection, ..Options::default() };
     let bound = session.bind(
-        &Choice { files: asked.data.clone(), without: asked.without.clone(), watch: reading(), ..Choice::default() },
+        &Choice { files: asked.data.clone(), without: asked.without.clone(), watch: shown(), ..Choice::default() },
         &options,
     )?;
     let fitted = &bound.problem;

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 
 use super::arguments::{Chosen, Weighting, data, rows, scenario_rows, threads};
 use super::interrupt::Interrupt;
-use super::progress::Progress;
+use super::progress::shown;
 use super::simulate::file_name;
 use super::{Format, Outcome};
 use crate::compile::Scenario;
@@ -118,7 +118,9 @@ impl Design {
         let options = Options {
             weights: self.weights.map(Weighting::weights),
             selection: self.chosen.selection(None),
-            execution: Execution::new(InstructionSet::detect(), self.threads).until(&interrupt.stop()),
+            execution: Execution::new(InstructionSet::detect(), self.threads)
+                .until(&interrupt.stop())
+                .told_to(&shown()),
             ..Options::default()
         };
         let mut warnings = session.warnings.clone();
@@ -131,7 +133,6 @@ impl Design {
         };
         let candidates =
             Probe { program: &session.program, options: options.clone(), inputs, rows: origin.rows.clone(), seed };
-        let working = Progress::working(true, "designing");
         let volume_bound;
         let (volume, volume_said) = match self.over.as_deref() {
             _ if asked.is_empty() => (None, String::new()),
@@ -165,7 +166,6 @@ impl Design {
             }
             None => None,
         };
-        drop(working);
         let runs = confirmed.as_ref().map(|confirmed| confirmed.runs);
         let whole = runs.is_none_or(|runs| Some(runs) == self.confirm);
         if let Some(runs) = runs.filter(|_| !whole) {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::arguments::data;
-use super::progress::reading;
+use super::progress::shown;
 use super::{Format, Outcome};
 use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::evaluate::{Estimated, Members, evaluate, point, uncertainties, unseen};
@@ -48,7 +48,7 @@ impl Evaluate {
         let options = Options { weights, selection, unconstrained: true, ..Options::default() };
         let role = if self.check { DataRole::Check } else { DataRole::Calibrate };
         let mut bound = session.bind(
-            &Choice { files: self.data, role, given_only: true, watch: reading(), ..Choice::default() },
+            &Choice { files: self.data, role, given_only: true, watch: shown(), ..Choice::default() },
             &options,
         )?;
         let mut stop = |found: Diagnostic| {

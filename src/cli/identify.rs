@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::arguments::{Chosen, Weighting, collect, data, fix, rows, scenario_rows};
 use super::datum::change;
-use super::progress::reading;
+use super::progress::shown;
 use super::{Format, Outcome};
 use crate::diag::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::{Inputs, Probe, conventions, practice, structure};
@@ -65,7 +65,7 @@ impl Identify {
         let options = Options {
             weights: self.weights.map(Weighting::weights),
             selection: self.chosen.selection(start.as_ref()),
-            execution: Execution::new(InstructionSet::detect(), 0),
+            execution: Execution::new(InstructionSet::detect(), 0).told_to(&shown()),
             ..Options::default()
         };
         let has_data = !self.data.is_empty()
@@ -93,7 +93,7 @@ impl Identify {
                 &Choice {
                     files: self.data.clone(),
                     without: self.without.clone(),
-                    watch: reading(),
+                    watch: shown(),
                     ..Choice::default()
                 },
                 &options,

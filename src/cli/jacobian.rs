@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::arguments::{Chosen, data};
 use super::check_derivatives::check;
-use super::progress::reading;
+use super::progress::shown;
 use super::{Format, Outcome};
 use crate::diag::{Code, Diagnostics};
 use crate::evaluate::{jacobians, point};
@@ -55,7 +55,7 @@ impl Jacobian {
         let weights = Some(Weights::Unit);
         let options = Options { weights, selection, unconstrained: true, ..Options::default() };
         let mut bound = session
-            .bind(&Choice { files: self.data, given_only: true, watch: reading(), ..Choice::default() }, &options)?;
+            .bind(&Choice { files: self.data, given_only: true, watch: shown(), ..Choice::default() }, &options)?;
         // values are taken as they are, whatever the bounds of a fit
         bound.warnings.0.retain(|warning| !matches!(warning.code, Code::StartProjected | Code::HeldOutside));
         let given = at.as_ref().map(|values| values.values.as_slice()).unwrap_or_default();

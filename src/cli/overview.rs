@@ -6,7 +6,9 @@ use std::time::Instant;
 use clap::Args;
 
 use super::interrupt::Interrupt;
+use super::progress::shown;
 use super::{Format, Outcome};
+use crate::data::Stage;
 use crate::diag::Diagnostics;
 use crate::problem::{Execution, Options};
 use crate::report::{Overview, overview_json, overview_text};
@@ -28,7 +30,9 @@ impl OverviewOf {
         let mut mistakes = Diagnostics::new();
         let mut all = Vec::new();
         interrupt.heed();
-        for model in &self.models {
+        let watch = shown();
+        for (model, done) in self.models.iter().zip(0..) {
+            watch.tell(Stage::Of { what: "models", done, all: self.models.len() as u64 });
             match fitted(model, interrupt) {
                 Ok(found) => all.push(found),
                 Err(more) => mistakes.extend(more),
@@ -49,7 +53,7 @@ fn fitted(model: &Path, interrupt: &Interrupt) -> Result<Overview, Diagnostics> 
         let session = Session::open(model, &[])?;
         let execution = Execution::new(InstructionSet::detect(), 0).until(&interrupt.stop());
         let bound = session.bind(&Choice::default(), &Options { execution, ..Options::default() })?;
-        let calibration = calibrate(&bound, &|_, _| ())?;
+        let calibration = calibrate(&bound)?;
         let ns = u64::try_from(begun.elapsed().as_nanos()).unwrap_or(u64::MAX);
         if best.as_ref().is_none_or(|best| ns < best.ns) {
             let (file, name) = (model.display().to_string(), session.program.name.clone());

@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::{Map, Value, json};
 
 use super::arguments::{rows, scenario_rows};
-use super::progress::watch;
+use super::progress::shown;
 use super::{Format, Outcome, pretty};
 use crate::data::{self, Output, Written, make_directory};
 use crate::diag::{Code, DataPlace, Diagnostic, Diagnostics};
@@ -45,7 +45,7 @@ impl Simulate {
             _ => return Err(mistakes),
         };
         let options = Options { rows, seed: self.seed, exact: self.exact };
-        let simulated = simulate_watched(program, scenario, &options, &watch("simulating", "rows"));
+        let simulated = simulate_watched(program, scenario, &options, &shown());
         let simulated = simulated.map_err(|found| Diagnostics::from(*found))?;
 
         make_directory(&self.out).map_err(|found| Diagnostics::from(*found))?;

@@ -24,6 +24,7 @@ use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
 use crate::compile::Scenario;
+use crate::data::Stage;
 use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::problem::{self, Weights};
 use crate::session::Session;
@@ -45,7 +46,7 @@ pub struct Options {
     pub rows: Vec<(usize, usize)>,
     /// Rows of each measurement with outputs in which these are predicted, beside those fitted.
     pub check_rows: usize,
-    /// How every run is bound. Of its execution only the instructions count: a run has one thread.
+    /// How every run is bound. Of its execution the threads do not count: a run has one.
     pub problem: problem::Options,
     /// How many runs at once; 0 is as many as there are cores.
     pub threads: usize,
@@ -142,27 +143,23 @@ impl Coverage {
     }
 }
 
-/// Runs a scenario many times. `progress` is called with the number of runs that are done, from any thread.
+/// Runs a scenario many times, telling of every run.
 ///
 /// # Errors
 /// Mistakes of names and options, a scenario without rows, or one of which no seed gives data.
-pub fn coverage(
-    session: &Session,
-    scenario: &Scenario,
-    options: &Options,
-    progress: &(dyn Fn(u64) + Sync),
-) -> Result<Coverage, Diagnostics> {
+pub fn coverage(session: &Session, scenario: &Scenario, options: &Options) -> Result<Coverage, Diagnostics> {
     let first = options.first.unwrap_or(scenario.seed);
     let mut bind = options.problem.clone();
     bind.execution = bind.execution.alone();
     let plan = run::Plan::new(session, scenario, options, bind);
     let done = AtomicU64::new(0);
-    let stop = &options.problem.execution;
+    let execution = &options.problem.execution;
     // runs that were cut short say nothing
     let one = |seed: u64| {
-        let result = (!stop.stopped()).then(|| plan.run(first.wrapping_add(seed))).flatten();
+        let result = (!execution.stopped()).then(|| plan.run(first.wrapping_add(seed))).flatten();
         if result.is_some() {
-            progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            execution.tell(Stage::Of { what: "runs", done, all: options.seeds });
         }
         result
     };
@@ -171,7 +168,7 @@ pub fn coverage(
     })?;
     let mut sum = Sum::default();
     let mut begun = 0;
-    while begun < options.seeds && !stop.stopped() {
+    while begun < options.seeds && !execution.stopped() {
         let until = options.seeds.min(begun.saturating_add(AT_A_TIME));
         let results: Vec<Option<Result<Run, Stop>>> =
             pool.install(|| (begun..until).into_par_iter().map(one).collect());

@@ -32,5 +32,5 @@ pub use column::Column;
 pub use output::{Output, Written, make_directory};
 pub use rows::{Buffer, Row, Rows};
 pub use table::{ColumnError, Table};
-pub use watch::Watch;
+pub use watch::{Stage, Watch};
 pub use write::{write, write_to};

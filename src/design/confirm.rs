@@ -104,7 +104,7 @@ pub fn confirm(
     let seeds: Vec<u64> = (0..runs).map(|k| (seed ^ SALT).wrapping_add(k)).collect();
     // runs that were cut short say nothing
     let stop = &plan.bind.execution;
-    let all = design.problem.execution.each(&seeds, |&seed| {
+    let all = design.problem.execution.each_of("runs", &seeds, |&seed| {
         let found = (!stop.stopped()).then(|| plan.run(seed));
         found.filter(|found| !(matches!(found, Ok(None)) && stop.stopped()))
     });

@@ -97,6 +97,7 @@ pub(super) fn greedy(experiment: &Experiment, goal: &Goal, chosen: &mut Vec<usiz
         let Some(next) = best.or_else(|| taken.iter().position(|taken| !taken)) else { return };
         taken[next] = true;
         chosen.push(next);
+        experiment.tell("rows chosen", chosen.len(), count);
         information.add(experiment.rows(next), 1.0);
     }
 }
@@ -117,6 +118,7 @@ pub(super) fn exchange(experiment: &Experiment, goal: &Goal, chosen: &mut [usize
     for _ in 0..SWEEPS {
         let mut improved = false;
         for slot in 0..chosen.len() {
+            experiment.tell("exchanges tried", slot, chosen.len());
             let out = chosen[slot];
             let mut without = total.clone();
             without.add(experiment.rows(out), -1.0);

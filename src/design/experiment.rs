@@ -1,5 +1,6 @@
 //! Candidates as pieces of information, in coordinates where all of them together are the identity.
 
+use crate::data::Stage;
 use crate::linalg::{LinalgError, Matrix, SquareRootInformation, cholesky, dot, solve_upper_transposed};
 use crate::problem::Execution;
 
@@ -26,6 +27,11 @@ pub struct Experiment {
 }
 
 impl Experiment {
+    /// Tells how many of something are done.
+    pub(super) fn tell(&self, what: &'static str, done: usize, all: usize) {
+        self.execution.tell(Stage::Of { what, done: done as u64, all: all as u64 });
+    }
+
     /// From the rows of each candidate (m × n numbers, row by row; m may differ) and those of what is known beforehand.
     ///
     /// # Errors

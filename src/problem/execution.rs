@@ -1,11 +1,12 @@
-//! With which instructions, by how many threads, and until when.
+//! With which instructions, by how many threads, until when, and who is told.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use crate::data::{Stage, Watch};
 use crate::simd::InstructionSet;
 
 /// Pieces of which the results are kept before they are put together.
@@ -49,6 +50,7 @@ pub struct Execution {
     set: InstructionSet,
     threads: Threads,
     stop: Stop,
+    watch: Watch,
 }
 
 #[derive(Clone, Debug)]
@@ -76,7 +78,7 @@ impl Execution {
             1 => Threads::One,
             many => own(many).map_or(Threads::One, Threads::Own),
         };
-        Execution { set, threads, stop: Stop::default() }
+        Execution { set, threads, stop: Stop::default(), watch: Watch::default() }
     }
 
     /// The same until it is stopped.
@@ -85,10 +87,27 @@ impl Execution {
         Execution { stop: stop.clone(), ..self }
     }
 
-    /// The same by the caller's thread alone, for work of which there is much beside it.
+    /// The same, while somebody is told what it is at.
+    #[must_use]
+    pub fn told_to(self, watch: &Watch) -> Self {
+        Execution { watch: watch.clone(), ..self }
+    }
+
+    /// The same while nobody is told, for a part of something that tells of its parts.
+    #[must_use]
+    pub fn silent(&self) -> Self {
+        Execution { watch: Watch::default(), ..self.clone() }
+    }
+
+    /// The same by the caller's thread alone and in silence, for work of which there is much beside it.
     #[must_use]
     pub fn alone(&self) -> Self {
-        Execution { threads: Threads::One, ..self.clone() }
+        Execution { threads: Threads::One, ..self.silent() }
+    }
+
+    /// Tells where it is.
+    pub fn tell(&self, stage: Stage) {
+        self.watch.tell(stage);
     }
 
     /// Whether it is time to stop.
@@ -109,6 +128,17 @@ impl Execution {
             Threads::Shared => items.par_iter().map(&work).collect(),
             Threads::Own(pool) => pool.install(|| items.par_iter().map(&work).collect()),
         }
+    }
+
+    /// The same, telling how many of `what`, in plural, are done.
+    pub fn each_of<I: Sync, R: Send>(&self, what: &'static str, items: &[I], work: impl Fn(&I) -> R + Sync) -> Vec<R> {
+        let done = AtomicU64::new(0);
+        self.each(items, |item| {
+            let result = work(item);
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            self.tell(Stage::Of { what, done, all: items.len() as u64 });
+            result
+        })
     }
 
     /// Does `work` for every item, several at a time, and `fold`s the results in the order of the items; the first error in

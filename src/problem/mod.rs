@@ -94,7 +94,7 @@ pub struct Problem<'p> {
     pub start: Vec<f64>,
     /// The free coordinates, by their number.
     pub free: Vec<usize>,
-    /// With which instructions, by how many threads, and until when.
+    /// With which instructions, by how many threads, until when, and who is told.
     pub execution: Execution,
     /// The constraints that free coordinates can meet or break.
     conditions: Conditions,

@@ -19,12 +19,12 @@ pub struct Calibration {
     pub file: FitFile,
 }
 
-/// Solves and analyses. `progress` is called with the number of linearisations and the latest cost.
+/// Solves and analyses.
 ///
 /// # Errors
 /// Where the search cannot start, or a derivative at the end is undefined.
-pub fn calibrate(bound: &Bound, progress: &dyn Fn(usize, f64)) -> Result<Calibration, Diagnostics> {
-    calibrate_by(bound, &Procedure::default(), progress).map(|(calibration, _)| calibration)
+pub fn calibrate(bound: &Bound) -> Result<Calibration, Diagnostics> {
+    calibrate_by(bound, &Procedure::default()).map(|(calibration, _)| calibration)
 }
 
 /// The same by a [`Procedure`], with the problem as it was fitted last: without rows that data snooping took out, with factors
@@ -32,18 +32,14 @@ pub fn calibrate(bound: &Bound, progress: &dyn Fn(usize, f64)) -> Result<Calibra
 ///
 /// # Errors
 /// Where a search cannot start, or a derivative at an end is undefined.
-pub fn calibrate_by<'s>(
-    bound: &Bound<'s>,
-    procedure: &Procedure,
-    progress: &dyn Fn(usize, f64),
-) -> Result<(Calibration, Problem<'s>), Diagnostics> {
+pub fn calibrate_by<'s>(bound: &Bound<'s>, procedure: &Procedure) -> Result<(Calibration, Problem<'s>), Diagnostics> {
     let stop = |found: Diagnostic| {
         let mut all = bound.warnings.clone();
         all.push(found);
         all
     };
     let begun = Instant::now();
-    let mut clock = Clock::new(procedure.search, progress);
+    let mut clock = Clock::new(procedure.search);
     let (mut fit, problem) = procedure.run(&bound.problem, &mut clock).map_err(|found| stop(*found))?;
     let own = std::mem::take(&mut fit.warnings);
     fit.warnings.extend(bound.warnings.clone());
@@ -69,7 +65,7 @@ pub fn calibrate_by<'s>(
 /// # Errors
 /// Where a search cannot start, or a derivative at an end is undefined.
 pub fn fit_by(problem: &Problem, procedure: &Procedure) -> Result<Fit, Box<Diagnostic>> {
-    let mut clock = Clock::new(procedure.search, &|_, _| ());
+    let mut clock = Clock::new(procedure.search);
     procedure.run(problem, &mut clock).map(|(fit, _)| fit)
 }
 

@@ -11,6 +11,7 @@
 //! of three shipped models it led to the true minimum no more often than the plain search did, and less often from the worst
 //! (README). So the search from the start alone is made as well, and the better of the two counts.
 
+use crate::data::Stage;
 use crate::diag::Diagnostic;
 use crate::fit::Continuation;
 use crate::problem::{Problem, Undefined};
@@ -49,6 +50,7 @@ pub fn follow(problem: &Problem) -> Result<(Vec<f64>, Continuation), Box<Diagnos
         return Ok((point, told));
     }
     let mut length = FIRST;
+    let percent = |reached: f64| (100.0 * reached).floor() as u64;
     while told.reached < FOLLOWED && told.steps < STAGES && !problem.execution.stopped() {
         let next = (told.reached + length).min(FOLLOWED);
         let stage = path.at(next).map_err(undefined)?;
@@ -71,6 +73,8 @@ pub fn follow(problem: &Problem) -> Result<(Vec<f64>, Continuation), Box<Diagnos
                 length *= if found.iterations <= FEW { 2.0 } else { 1.0 };
                 before = Some((told.reached, std::mem::replace(&mut point, found.point)));
                 told.reached = next;
+                let done = percent(next);
+                problem.execution.tell(Stage::Of { what: "percent of the path", done, all: 100 });
             }
             None => length *= 0.5,
         }

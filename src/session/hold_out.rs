@@ -2,6 +2,7 @@
 
 use super::calibrate::fit_by;
 use super::procedure::Procedure;
+use crate::data::Stage;
 use crate::diag::{Code, Diagnostic};
 use crate::problem::{Problem, Quantities, Undefined};
 use crate::solve::Status;
@@ -60,6 +61,8 @@ pub fn hold_out(
         }
         let mut training = problem.without_rows(&held);
         training.start.clone_from(&problem.start);
+        training.execution = problem.execution.silent();
+        problem.execution.tell(Stage::Of { what: "folds", done: fold as u64, all: folds as u64 });
         let fit = fit_by(&training, procedure)?;
         if fit.status == Status::Interrupted {
             return Ok(None);

@@ -10,7 +10,7 @@
 //! # fn main() -> Result<(), phical::diag::Diagnostics> {
 //! let session = Session::open("models/two_theodolite/model.ron".as_ref(), &[])?;
 //! let bound = session.bind(&Choice::default(), &Options::default())?;
-//! let calibration = calibrate(&bound, &|_, _| ())?;
+//! let calibration = calibrate(&bound)?;
 //! for parameter in &calibration.fit.parameters {
 //!     println!("{} = {} {}", parameter.name, parameter.value, parameter.unit);
 //! }

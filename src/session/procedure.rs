@@ -7,6 +7,7 @@ use super::far::Far;
 use super::nanoseconds;
 use super::search::Search;
 use super::timed::Timed;
+use crate::data::Stage;
 use crate::diag::{Code, Diagnostic};
 use crate::fit::{Component, Fit, Tested, analyse_with};
 use crate::problem::{Block, Factors, Problem, Undefined, Weights};
@@ -34,9 +35,8 @@ pub struct Procedure {
 }
 
 /// The solver, and where the time goes.
-pub(super) struct Clock<'a> {
+pub(super) struct Clock {
     search: Search,
-    pub(super) progress: &'a dyn Fn(usize, f64),
     /// nanoseconds in the problem's functions
     pub(super) spent: u64,
     /// nanoseconds in solvers
@@ -44,9 +44,9 @@ pub(super) struct Clock<'a> {
     pub(super) linearised: usize,
 }
 
-impl<'a> Clock<'a> {
-    pub(super) fn new(search: Search, progress: &'a dyn Fn(usize, f64)) -> Self {
-        Clock { search, progress, spent: 0, solved: 0, linearised: 0 }
+impl Clock {
+    pub(super) fn new(search: Search) -> Self {
+        Clock { search, spent: 0, solved: 0, linearised: 0 }
     }
 }
 
@@ -72,8 +72,13 @@ impl Procedure {
         let mut fit = self.components(&mut problem, &mut factors, clock)?;
         arrived.told(&mut fit);
         let mut removed = Vec::new();
-        let worst = |fit: &Fit| fit.observations.as_ref().and_then(|all| all.suspects.first()).cloned();
-        while let Some(suspect) = worst(&fit).filter(|_| self.snoop) {
+        let suspects = |fit: &Fit| fit.observations.as_ref().map_or(Vec::new(), |all| all.suspects.clone());
+        let telling = problem.execution.clone();
+        while self.snoop
+            && let [suspect, others @ ..] = &suspects(&fit)[..]
+        {
+            let (done, all) = (removed.len() as u64, (removed.len() + 1 + others.len()) as u64);
+            telling.tell(Stage::Of { what: "suspects taken out", done, all });
             if problem.execution.stopped() {
                 fit.status = Status::Interrupted;
                 break;
@@ -82,6 +87,7 @@ impl Procedure {
             let rows: Vec<Vec<usize>> = problem.blocks.iter().map(of).collect();
             let mut next = problem.without_rows(&rows);
             next.start.clone_from(&fit.point);
+            next.execution = telling.silent();
             let next_fit = self.components(&mut next, &mut factors, clock)?;
             if next_fit.status == Status::Interrupted {
                 fit.status = Status::Interrupted;
@@ -91,7 +97,7 @@ impl Procedure {
             if next_fit.rank < fit.rank || next_fit.dof == 0 {
                 break;
             }
-            removed.push(suspect);
+            removed.push(suspect.clone());
             (fit, problem) = (next_fit, next);
         }
         fit.removed = removed;
@@ -168,7 +174,7 @@ impl Procedure {
     }
 }
 
-/// Fits from the problem's start as a calibration does where nothing beside one fit is asked for, alone and in silence.
+/// Fits from the problem's start as a calibration does where nothing beside one fit is asked for.
 ///
 /// # Errors
 /// Where a search cannot start, or a derivative at the end is undefined.
@@ -178,7 +184,7 @@ pub fn fit_once(problem: &Problem, tested: Tested) -> Result<Fit, Box<Diagnostic
 
 /// The same by a solver.
 pub(super) fn fit_by_search(problem: &Problem, tested: Tested, search: Search) -> Result<Fit, Box<Diagnostic>> {
-    let mut clock = Clock::new(search, &|_, _| ());
+    let mut clock = Clock::new(search);
     robust(&mut problem.clone(), &mut clock, tested)
 }
 
@@ -262,7 +268,7 @@ fn solve(problem: &Problem, clock: &mut Clock, tested: Tested) -> Result<Fit, Bo
 
 fn timed(problem: &Problem, clock: &mut Clock) -> Result<Solution<Vec<f64>>, Box<Diagnostic>> {
     let begun = Instant::now();
-    let timed = Timed::new(problem, clock.progress);
+    let timed = Timed::new(problem, &problem.execution);
     let solution = clock.search.solve(problem, &timed, problem.start.clone())?;
     clock.solved += nanoseconds(begun);
     clock.spent += u64::try_from(timed.spent().as_nanos()).unwrap_or(u64::MAX);

@@ -81,8 +81,10 @@ pub fn compare_starts(
     }
     let mut points = vec![problem.start.clone()];
     points.extend(design.points);
-    let ends = problem.execution.each(&points, |point| {
-        let mut from = problem.clone();
+    let mut silent = problem.clone();
+    silent.execution = problem.execution.silent();
+    let ends = problem.execution.each_of("starts", &points, |point| {
+        let mut from = silent.clone();
         from.start.clone_from(point);
         search(&from)
     });

@@ -1,9 +1,11 @@
-//! A problem that knows how long its evaluation takes, and says how far the search is.
+//! A problem that knows how long its evaluation takes, and tells how far the search is.
 
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
+use crate::data::Stage;
 use crate::linalg::SquareRootInformation;
+use crate::problem::Execution;
 use crate::solve::{Constraint, LeastSquares, Stacked};
 
 /// Measures the time spent in the functions of a problem, and tells of every linearisation.
@@ -12,13 +14,13 @@ pub struct Timed<'a, L> {
     spent: Cell<Duration>,
     linearised: Cell<usize>,
     cost: Cell<f64>,
-    progress: &'a dyn Fn(usize, f64),
+    execution: &'a Execution,
 }
 
 impl<'a, L> Timed<'a, L> {
-    /// `progress` is called with the number of linearisations and the latest cost.
-    pub fn new(problem: &'a L, progress: &'a dyn Fn(usize, f64)) -> Self {
-        Timed { problem, spent: Cell::default(), linearised: Cell::default(), cost: Cell::new(f64::NAN), progress }
+    /// Whoever `execution` tells is told of every linearisation.
+    pub fn new(problem: &'a L, execution: &'a Execution) -> Self {
+        Timed { problem, spent: Cell::default(), linearised: Cell::default(), cost: Cell::new(f64::NAN), execution }
     }
 
     /// The time spent in the problem's functions.
@@ -29,6 +31,11 @@ impl<'a, L> Timed<'a, L> {
     /// How often it was linearised.
     pub fn linearised(&self) -> usize {
         self.linearised.get()
+    }
+
+    fn linearising(&self) {
+        self.linearised.set(self.linearised.get() + 1);
+        self.execution.tell(Stage::Search { linearised: self.linearised.get() as u64, cost: self.cost.get() });
     }
 
     fn timed<T>(&self, work: impl FnOnce() -> T) -> T {
@@ -54,14 +61,12 @@ impl<L: LeastSquares> LeastSquares for Timed<'_, L> {
     }
 
     fn linearise(&self, q: &L::Point) -> Result<SquareRootInformation, L::Error> {
-        self.linearised.set(self.linearised.get() + 1);
-        (self.progress)(self.linearised.get(), self.cost.get());
+        self.linearising();
         self.timed(|| self.problem.linearise(q))
     }
 
     fn evaluate(&self, q: &L::Point) -> Result<(f64, SquareRootInformation), L::Error> {
-        self.linearised.set(self.linearised.get() + 1);
-        (self.progress)(self.linearised.get(), self.cost.get());
+        self.linearising();
         let (cost, information) = self.timed(|| self.problem.evaluate(q))?;
         self.cost.set(cost);
         Ok((cost, information))
@@ -96,6 +101,7 @@ impl<L: LeastSquares> LeastSquares for Timed<'_, L> {
     }
 
     fn stacked(&self, q: &L::Point) -> Result<Option<Stacked>, L::Error> {
+        self.linearising();
         self.timed(|| self.problem.stacked(q))
     }
 

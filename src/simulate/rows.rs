@@ -10,7 +10,7 @@ use super::noise::Noise;
 use super::root::{Root, Unsolved};
 use super::truth::Truth;
 use crate::compile::{Measurement, Program, Scenario, Simulation, Step};
-use crate::data::{Column, Table, Watch};
+use crate::data::{Column, Stage, Table, Watch};
 use crate::diag::{Code, Diagnostic};
 use crate::eval::Evaluator;
 use crate::graph::Undefined;
@@ -237,7 +237,7 @@ impl Maker<'_> {
         let mut readings = vec![0.0; inputs.len()];
         for row in 0..self.rows {
             if row.is_multiple_of(TOLD) {
-                self.watch.tell(row as u64, self.rows as u64);
+                self.watch.tell(Stage::Of { what: "rows simulated", done: row as u64, all: self.rows as u64 });
             }
             names.clear();
             names.extend(names_from.iter_mut().map(|(stream, drawn)| stream.name(drawn, row)));

@@ -76,7 +76,7 @@ fn number(value: &Value, key: &str) -> f64 {
 fn shipped(model: &str, options: Options) -> Coverage {
     let session = Session::open(&project(&format!("models/{model}/model.ron")), &[]).expect("it is sound");
     let scenario = session.scenario(None).expect("it has one");
-    coverage(&session, scenario, &options, &|_| ()).expect("it runs")
+    coverage(&session, scenario, &options).expect("it runs")
 }
 
 #[test]

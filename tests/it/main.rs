@@ -60,6 +60,7 @@ mod shared;
 mod shared_errors;
 mod shipped_properties;
 mod solvers;
+mod stopped;
 mod surveyed;
 mod terminal;
 mod testing_says;

@@ -190,8 +190,7 @@ fn flagship(extra: &[&str], free: &[&str], weights: Weights) -> (Session, Fit) {
     let session = Session::open(Path::new(&path), &extra).expect("it opens");
     let selection = Selection { free: free.iter().map(|&name| name.into()).collect(), ..Selection::default() };
     let options = Options { weights: Some(weights), selection, ..Options::default() };
-    let fit =
-        calibrate(&session.bind(&Choice::default(), &options).expect("it binds"), &|_, _| ()).expect("it fits").fit;
+    let fit = calibrate(&session.bind(&Choice::default(), &options).expect("it binds")).expect("it fits").fit;
     (session, fit)
 }
 
