@@ -230,9 +230,6 @@ fn measurement_text(out: &mut String, robot: &Robot, chain: &str, inputs: &[&Rea
 fn argument(robot: &Robot, reading: &Reading, inputs: &[&Reading]) -> String {
     let number = inputs.iter().position(|input| input.of == reading.of).unwrap_or(0) + 1;
     let input = format!("q{number}");
-    if reading.multiplier == 1.0 && reading.offset == 0.0 {
-        return input;
-    }
     let own = robot.readings.iter().position(|known| std::ptr::eq(known, reading));
     let own = own.and_then(|at| robot.serial.joints.get(at)).map_or(reading.kind, |joint| joint.kind);
     // what a length is to an angle and the other way about has a unit
