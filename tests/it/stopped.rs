@@ -5,8 +5,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use phical::compile::{LossOf, Program, Robust};
 use phical::data::{Stage, Watch};
+use phical::design::{Aim, Request, confirm, design};
 use phical::diag::Code;
 use phical::fit::Fit;
+use phical::identify::{Inputs, Probe};
 use phical::problem::{Execution, Options, Problem, Stop};
 use phical::session::{Far, MultiStart, Procedure, Search, fit_by, hold_out};
 use phical::solve::{Norm, Status};
@@ -160,4 +162,34 @@ fn what_is_counted_is_told_up_to_its_end() {
     starts.sort_unstable();
     assert_eq!(starts, (1..=6).collect::<Vec<u64>>());
     assert_eq!(linearised, (1..=linearised.len() as u64).collect::<Vec<u64>>());
+}
+
+#[test]
+fn stopped_anywhere_the_runs_that_confirm_a_design_are_those_that_were_made() {
+    const RUNS: u64 = 24;
+    let program = compiled(RAIL);
+    let confirmation = |enough: u64| {
+        let (stop, runs) = (Stop::default(), Arc::new(AtomicU64::new(0)));
+        let (stopped, counted) = (stop.clone(), Arc::clone(&runs));
+        let watch = Watch::new(move |stage| {
+            if matches!(stage, Stage::Of { what: "runs", .. }) && counted.fetch_add(1, Ordering::Relaxed) + 1 >= enough
+            {
+                stopped.now();
+            }
+        });
+        let options = Options { execution: Execution::default().until(&stop).told_to(&watch), ..Options::default() };
+        let rows = Problem::bind(&program, vec![(0, table(&sights()))], &options).expect("a problem").0;
+        let candidates =
+            Probe { program: &program, options: options.clone(), inputs: Inputs::Rows(&rows), rows: vec![], seed: 1 };
+        let request = Request { candidates, aim: Aim::D, targets: vec![], volume: None, rows: Some(12) };
+        confirm(&design(&request).expect("a design"), None, &options, RUNS, 3).expect("it simulates")
+    };
+    let whole = confirmation(u64::MAX);
+    assert_eq!((whole.runs, whole.failed), (RUNS, 0));
+    for enough in [1, 2, 7, RUNS] {
+        let found = confirmation(enough);
+        // one that was being made by another thread may have come to its end
+        assert!((enough..=RUNS).contains(&found.runs) && found.failed == 0, "{enough}: {found:?}");
+        assert_eq!(found.runs == RUNS, found == whole, "{enough}: {found:?}");
+    }
 }
