@@ -177,8 +177,14 @@ pub struct Tests {
 pub struct Suspect {
     /// Of which measurement.
     pub measurement: String,
-    /// From one.
+    /// From one, through all files of the measurement.
     pub row: usize,
+    /// The file that it was read from.
+    #[serde(default)]
+    pub file: Option<String>,
+    /// The line of that file, from one.
+    #[serde(default)]
+    pub line: Option<usize>,
     /// The reading or residual.
     pub name: String,
     /// Its unit.

@@ -153,8 +153,10 @@ fn observation_json(fit: &Fit, o: &Observation) -> Value {
     let name = |p: usize| fit.parameters.get(p).map(|p| p.name.as_str());
     let effect = o.effect.map(|(p, sigmas)| json!({"parameter": name(p), "sigmas": sigmas}));
     let partner = |(name, rho): &(String, f64)| json!({"name": name, "correlation": rho});
+    let (file, line) = o.place.as_ref().map_or((None, None), |place| (Some(&place.file), place.line));
     json!({
-        "measurement": o.measurement_name, "row": o.row + 1, "name": o.name, "unit": o.unit, "observed": o.observed,
+        "measurement": o.measurement_name, "row": o.row + 1, "file": file, "line": line, "name": o.name, "unit": o.unit,
+        "observed": o.observed,
         "adjusted": o.adjusted, "sigma": o.sigma, "redundancy": o.redundancy, "test": o.test,
         "smallest_detectable": o.smallest_detectable, "effect": effect,
         "inseparable": o.inseparable.iter().map(partner).collect::<Vec<_>>(),

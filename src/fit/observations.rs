@@ -12,6 +12,7 @@
 //!   it is.
 
 use super::covariance::Covariance;
+use crate::diag::DataPlace;
 use crate::linalg::dot;
 use crate::problem::{Factors, Inspected, Observed, Problem, Undefined, residual_group};
 use crate::statistics::{Baarda, pope_tau};
@@ -37,8 +38,10 @@ pub struct Observation {
     pub measurement: usize,
     /// The name of that.
     pub measurement_name: String,
-    /// The number of its row.
+    /// The number of its row, through all files of the measurement.
     pub row: usize,
+    /// Where it was read, if it is suspect.
+    pub place: Option<DataPlace>,
     /// What it is.
     pub of: Observed,
     /// Its name: that of an input, or of a residual.
@@ -321,10 +324,13 @@ impl<'a> Row<'a> {
             inseparable.then(|| (named.names[l].clone(), rho.clamp(-1.0, 1.0)))
         };
         let inseparable = (0..self.shares.len()).filter_map(partner).collect();
+        let block = problem.blocks.iter().find(|block| block.index == named.measurement);
+        let place = block.filter(|_| suspect).map(|block| block.table.place(inspected.row));
         Observation {
             measurement: named.measurement,
             measurement_name: problem.program.measurements[named.measurement].name.clone(),
             row: inspected.row,
+            place,
             of,
             name: named.names[j].clone(),
             unit: named.units[j].clone(),

@@ -1,6 +1,7 @@
 //! What the tests of the observations say, as text.
 
 use std::fmt::Write;
+use std::path::Path;
 
 use super::count;
 use super::fit::unit;
@@ -59,10 +60,17 @@ fn tests(all: &Observations) -> String {
     out
 }
 
+/// The line of a file, by the file's own name.
+pub(super) fn read_in(file: &str, line: Option<usize>) -> String {
+    let name = Path::new(file).file_name().map_or(file.into(), |name| name.to_string_lossy());
+    line.map_or(String::new(), |line| format!("{name}:{line}"))
+}
+
 fn suspects(all: &[Observation]) -> String {
     let mut grid = Grid::new(&[
         Align::Left,
         Align::Right,
+        Align::Left,
         Align::Left,
         Align::Right,
         Align::Right,
@@ -73,12 +81,23 @@ fn suspects(all: &[Observation]) -> String {
     if all.is_empty() {
         return String::new();
     }
-    grid.row(["measurement", "row", "suspect", "test", "correction", "unit", "detectable", "not to be told from"]);
+    grid.row([
+        "measurement",
+        "row",
+        "read in",
+        "suspect",
+        "test",
+        "correction",
+        "unit",
+        "detectable",
+        "not to be told from",
+    ]);
     for o in all.iter().take(MOST_SUSPECTS) {
         let partners: Vec<String> = o.inseparable.iter().map(|(name, rho)| format!("{name} ({rho:.2})")).collect();
         grid.row([
             o.measurement_name.clone(),
             (o.row + 1).to_string(),
+            o.place.as_ref().map_or(String::new(), |place| read_in(&place.file, place.line)),
             o.name.clone(),
             o.test.map_or(String::new(), |test| rounded(test, 3)),
             significant(o.adjusted - o.observed, 3),

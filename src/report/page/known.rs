@@ -7,6 +7,7 @@ use super::{Reported, Section, figure};
 use crate::fit::Suspect;
 use crate::report::chart::{Step, correlations, spectrum, trace};
 use crate::report::number::{rounded, significant};
+use crate::report::observations::read_in;
 
 /// Suspects in the table.
 const SUSPECTS: usize = 40;
@@ -58,13 +59,13 @@ pub(super) fn suspects(of: &Reported) -> Option<Section> {
         html! {
             div.scroll { table {
                 tr {
-                    th { "Measurement" } th { "row" } th.left { "observation" } th { "test" } th { "observed" } th { "correction" }
+                    th { "Measurement" } th { "row" } th.left { "read in" } th.left { "observation" } th { "test" } th { "observed" } th { "correction" }
                     th.left { "unit" } th { "would be found" } th.left { "not to be told from" }
                 }
                 @for s in all.iter().take(SUSPECTS) {
                     @let partners = s.inseparable.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
                     tr {
-                        td { (s.measurement) } td { (s.row) } td.left { (s.name) }
+                        td { (s.measurement) } td { (s.row) } td.left { (s.file.as_deref().map_or(String::new(), |file| read_in(file, s.line))) } td.left { (s.name) }
                         td { (s.test.map_or(String::new(), |test| rounded(test, 3))) }
                         td { (s.observed.map_or(String::new(), |value| significant(value, 9))) }
                         td { (s.adjusted.zip(s.observed).map_or(String::new(), |(at, read)| significant(at - read, 3))) }
