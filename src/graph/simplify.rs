@@ -118,6 +118,9 @@ mod tests {
     }
 
     proptest! {
+        // a quarter of all operations is undefined at their operands
+        #![proptest_config(ProptestConfig { max_global_rejects: u32::MAX, ..ProptestConfig::default() })]
+
         /// Every rule keeps the value: two operations over operands that are constants, negations and variables.
         #[test]
         fn rules_keep_the_value(
