@@ -11,7 +11,7 @@ use crate::data::{Output, Written, make_directory};
 use crate::diag::Diagnostics;
 use crate::fit::Document;
 use crate::report::{Page, Reported, page};
-use crate::session::{Looked, Session, Values, look_again};
+use crate::session::{Looked, Session, Shown, Values, look_again};
 
 /// Where a report and its figures go.
 #[derive(Debug, Args)]
@@ -60,8 +60,8 @@ impl Opened<'_> {
     pub(super) fn write(self, fit: Document, looked: Looked, directory: &Path) -> Result<Drawn, Diagnostics> {
         let refused = |found: Box<crate::diag::Diagnostic>| Diagnostics::from(*found);
         let looked = looked.with_truth(self.paper.truth.as_deref(), directory, &fit).map_err(refused)?;
-        let Looked { rows, scene, truth, left_out } = looked;
-        let page = page(&Reported { fit, rows, scene, truth, left_out });
+        let Looked { rows, checked, scene, truth, left_out } = looked;
+        let page = page(&Reported { fit, rows, checked, scene, truth, left_out });
         let (mut files, mut figures) = (Vec::new(), Vec::new());
         if let Some(report) = self.report {
             files.push(report.write(|out| out.write_all(page.html.as_bytes())).map_err(refused)?);
@@ -88,6 +88,9 @@ pub(super) struct Report {
     /// The rows of the fit, where they are not where they were
     #[arg(long, value_name = "M=FILE", value_parser = data)]
     data: Vec<(String, String)>,
+    /// Show these rows, which took no part in the fit, instead of its own
+    #[arg(long, value_name = "M=FILE", value_parser = data, conflicts_with = "data")]
+    check: Vec<(String, String)>,
     /// Where the page goes [default: standard output]
     #[arg(long, value_name = "FILE.html")]
     out: Option<PathBuf>,
@@ -108,8 +111,9 @@ impl Report {
         let opened = paper.open()?.unwrap_or(Opened { paper: &paper, report: None });
         let model = self.model.unwrap_or_else(|| PathBuf::from(&fit.provenance.model));
         let directory = model.parent().map_or_else(PathBuf::new, Path::to_owned);
+        let shown = if self.check.is_empty() { Shown::Fitted(&self.data) } else { Shown::Checked(&self.check) };
         let looked = match Session::open(&model, &[]) {
-            Ok(session) => look_again(&values, &fit, &session, &self.data).map_err(refused)?,
+            Ok(session) => look_again(&values, &fit, &session, shown).map_err(refused)?,
             Err(mistakes) => {
                 let why = mistakes.iter().next().map_or(String::new(), |found| found.message.clone());
                 let why = format!("Rows and the instrument are not shown: {why}. `--model` says where the model is.");

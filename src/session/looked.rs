@@ -15,12 +15,23 @@ use crate::survey::{Scene, Surveyed, scene, survey};
 pub struct Looked {
     /// The rows, by measurement.
     pub rows: Vec<Surveyed>,
+    /// Whether the rows took no part in the fit.
+    pub checked: bool,
     /// The instrument.
     pub scene: Option<Scene>,
     /// What is true, by name in reported units; nothing where that is not known.
     pub truth: Vec<(String, f64)>,
     /// What is not there, and why.
     pub left_out: Vec<String>,
+}
+
+/// Which rows a report shows, from which files: measurement and file.
+#[derive(Clone, Copy, Debug)]
+pub enum Shown<'a> {
+    /// Those of the fit, from these files where they are not where they were.
+    Fitted(&'a [(String, String)]),
+    /// Others, which took no part in the fit.
+    Checked(&'a [(String, String)]),
 }
 
 /// A truth beside the data has this name, as `simulate` writes it.
@@ -66,22 +77,29 @@ impl Looked {
 }
 
 impl Session {
-    /// Binds the rows that a fit was made from, at its values: from other files where some are given.
+    /// Binds the rows that a fit was made from, or that it is to be checked by, at its values.
     ///
     /// # Errors
     /// Where they cannot be read.
-    pub fn bind_again(&self, fit: &Document, given: &[(String, String)]) -> Result<Bound<'_>, Diagnostics> {
+    pub fn bind_again(&self, fit: &Document, shown: Shown) -> Result<Bound<'_>, Diagnostics> {
         let weights = Weights::ALL.into_iter().find(|weights| weights.name() == fit.weights);
         let options =
             |key: &str| fit.provenance.options.get(key).and_then(|value| value.as_array()).into_iter().flatten();
         let free = options("free").filter_map(|name| name.as_str()).map(str::to_owned).collect();
         let fix = options("fix").filter_map(|held| Some((held.get("name")?.as_str()?.to_owned(), None))).collect();
         let selection = Selection { free, fix, start: fit.values() };
-        let files = if given.is_empty() { self.files_again(fit) } else { given.to_vec() };
+        let (files, given_only) = match shown {
+            Shown::Fitted([]) => (self.files_again(fit), false),
+            Shown::Fitted(files) => (files.to_vec(), false),
+            Shown::Checked(files) => (files.to_vec(), true),
+        };
         let without = options("without").filter_map(|name| name.as_str()).map(str::to_owned).collect();
-        let choice = Choice { files, without, role: DataRole::Calibrate, given_only: false, ..Choice::default() };
+        let choice = Choice { files, without, role: DataRole::Calibrate, given_only, ..Choice::default() };
         let options = Options { weights, selection, unconstrained: true, ..Options::default() };
         let mut bound = self.bind(&choice, &options)?;
+        if given_only {
+            return Ok(bound);
+        }
         let removed = |measurement: &str| -> Vec<usize> {
             let of = fit.removed.iter().filter(|row| row.measurement == measurement);
             of.filter_map(|row| row.row.checked_sub(1)).collect()
@@ -107,12 +125,7 @@ impl Session {
 ///
 /// # Errors
 /// Where the file states uncertainties that cannot be.
-pub fn look_again(
-    values: &Values,
-    fit: &Document,
-    session: &Session,
-    given: &[(String, String)],
-) -> Result<Looked, Box<Diagnostic>> {
+pub fn look_again(values: &Values, fit: &Document, session: &Session, shown: Shown) -> Result<Looked, Box<Diagnostic>> {
     let left_out = |why: String| Looked { left_out: vec![why], ..Looked::default() };
     if session.fingerprint != fit.provenance.model_fingerprint {
         let model = session.path.display();
@@ -122,7 +135,7 @@ pub fn look_again(
         Stated::Known(known) => Some(known),
         Stated::Unknown(_) => None,
     };
-    let bound = match session.bind_again(fit, given) {
+    let bound = match session.bind_again(fit, shown) {
         Ok(bound) => bound,
         Err(mistakes) => {
             let first = mistakes.iter().find(|found| found.severity == Severity::Error);
@@ -132,7 +145,14 @@ pub fn look_again(
     };
     let mut looked = Looked::at(&bound.problem, &point(&bound.problem, &fit.values()), fit, known.as_ref());
     let same = |(now, then): (&super::UsedFile, &crate::fit::DataFile)| now.fingerprint == then.fingerprint;
-    if bound.files.len() != fit.provenance.data.len() || !bound.files.iter().zip(&fit.provenance.data).all(same) {
+    if let Shown::Checked(files) = shown {
+        looked.checked = true;
+        let files: Vec<&str> = files.iter().map(|(_, file)| file.as_str()).collect();
+        looked
+            .left_out
+            .push(format!("The rows shown took no part in the fit: they are those of {}.", files.join(", ")));
+    } else if bound.files.len() != fit.provenance.data.len() || !bound.files.iter().zip(&fit.provenance.data).all(same)
+    {
         looked
             .left_out
             .push("The rows are not those of the fit: their files have changed since, or others were given.".into());

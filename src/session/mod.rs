@@ -40,7 +40,7 @@ pub use choice::{Choice, UsedFile};
 pub use continuation::{FOLLOWED, follow};
 pub use far::Far;
 pub use hold_out::{HeldOut, hold_out};
-pub use looked::{Looked, look_again};
+pub use looked::{Looked, Shown, look_again};
 pub use procedure::{Procedure, fit_once};
 pub use saved::State;
 pub use search::{Search, failed};

@@ -111,6 +111,41 @@ fn what_has_changed_since_is_said() {
     assert!(!html.contains("<section id=\"residuals\">"));
 }
 
+/// Figures 5 to 7 of Sultan & Wager: what calibration does to the readings of bars that took no part in it.
+#[test]
+fn a_report_can_show_rows_that_took_no_part() {
+    let directory = tempfile::tempdir().unwrap();
+    let (model, fit, page) = (model("two_theodolite"), path(&directory, "fit.json"), path(&directory, "r.html"));
+    ends(0, &["calibrate", &model, "--out", &fit]);
+    ends(
+        0,
+        &["simulate", &model, "--rows", "vo_line=500", "--seed", "4711", "--exact", "--out", &path(&directory, "")],
+    );
+    let rows = path(&directory, "vo_line.csv");
+    let found = json(0, &["report", &fit, "--out", &page, "--check", &format!("vo_line={rows}")]);
+    let said = found["left_out"][0].as_str().unwrap();
+    assert!(said.contains("took no part in the fit") && said.contains("vo_line.csv"), "{said}");
+    let html = fs::read_to_string(&page).unwrap();
+    assert!(
+        html.contains(said) && html.contains("by what the fit does not know") && !html.contains("By more than chance")
+    );
+    // without noise all that is left of the millimetres before is what the fit does not know
+    let values = phical::session::Values::read(&fit).unwrap();
+    let document = phical::fit::Document::of(&fit, &values.json).unwrap();
+    let session = phical::session::Session::open(Path::new(&model), &[]).unwrap();
+    let given = [("vo_line".to_owned(), rows)];
+    let shown = phical::session::Shown::Checked(&given);
+    let looked = phical::session::look_again(&values, &document, &session, shown).unwrap();
+    let of = &looked.rows[0];
+    assert_eq!(of.rows, 500);
+    let mean = |values: &[f64]| values.iter().map(|v| v.abs()).sum::<f64>() / values.len() as f64;
+    for axis in ["vo.x", "vo.y", "vo.z"] {
+        let residual = of.residuals.iter().find(|r| r.after.name == axis).unwrap();
+        let (before, after) = (mean(residual.before.as_deref().unwrap()), mean(&residual.after.values));
+        assert!(before > 5.0 && after < 0.2, "{axis}: {before} mm before, {after} mm after");
+    }
+}
+
 #[test]
 fn names_are_not_markup() {
     let directory = copied("nist/Misra1a");

@@ -19,8 +19,10 @@ use crate::survey::{Scene, Surveyed};
 pub struct Reported {
     /// The fit.
     pub fit: Document,
-    /// Its rows, where they could be read.
+    /// Its rows, where they could be read, or others.
     pub rows: Vec<Surveyed>,
+    /// Whether these took no part in the fit.
+    pub checked: bool,
     /// The instrument, where there is anything to see.
     pub scene: Option<Scene>,
     /// What is known to be true, where the data are made up.
@@ -54,13 +56,13 @@ pub struct Page {
 
 /// The report of a fit.
 pub fn page(of: &Reported) -> Page {
-    let rows = rows::all(&of.rows);
+    let rows = rows::all(&of.rows, of.checked);
     let sections: Vec<Section> = [
         Some(parameters::section(of)),
         instrument::section(of),
         rows::residuals(&rows),
         rows::corrections(of),
-        rows::dependence(&rows),
+        rows::dependence(&rows, of.checked),
         known::section(of),
         known::search(of),
         known::suspects(of),

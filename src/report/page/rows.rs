@@ -52,9 +52,10 @@ fn level(rows: &[Surveyed]) -> f64 {
     CHANCE / pairs.max(1) as f64
 }
 
-/// The figures of all measurements.
-pub(super) fn all(rows: &[Surveyed]) -> Vec<Drawn> {
-    let level = level(rows);
+/// The figures of all measurements. Rows that took no part in the fit depend on everything by what the fit does not know, which is no
+/// sign of a wrong model, so that nothing is framed in these.
+pub(super) fn all(rows: &[Surveyed], checked: bool) -> Vec<Drawn> {
+    let level = if checked { 0.0 } else { level(rows) };
     let of = |of: &Surveyed| {
         let against = against(of);
         let against: Vec<&Series> = against.iter().collect();
@@ -116,9 +117,13 @@ pub(super) fn residuals(all: &[Drawn]) -> Option<Section> {
 }
 
 /// Residuals against the row, readings and predictions.
-pub(super) fn dependence(all: &[Drawn]) -> Option<Section> {
+pub(super) fn dependence(all: &[Drawn], checked: bool) -> Option<Section> {
     let body = html! {
-        p.note { "Each residual against the row, every reading and every prediction, with means of neighbours. A frame marks what chance makes in no more than one report of a hundred." }
+        p.note {
+            "Each residual against the row, every reading and every prediction, with means of neighbours. "
+            @if checked { "In rows that took no part in the fit they depend on everything by what the fit does not know." }
+            @else { "A frame marks what chance makes in no more than one report of a hundred." }
+        }
         @for of in all { h3 { (of.name) } @for panel in &of.panels { (figure(panel)) } }
     };
     let figures: Vec<Figure> = all.iter().flat_map(|of| of.panels.iter()).cloned().collect();
@@ -138,13 +143,16 @@ pub(super) fn corrections(of: &Reported) -> Option<Section> {
         for correction in &rows.corrections {
             let redundancy = share(&correction.group);
             let deviation = correction.sigma.zip(redundancy).map(|(sigma, share)| sigma * share.sqrt());
-            let expected = deviation.map(|deviation| Curve { mean: 0.0, deviation });
+            let expected = deviation.filter(|_| !of.checked).map(|deviation| Curve { mean: 0.0, deviation });
             let id = identifier(&["correction", &rows.name, &correction.corrections.name]);
             figures.extend(histogram(&id, &correction.corrections, expected));
         }
     }
     let body = html! {
-        p.note { "By how much each reading is corrected so that the equations hold: that part of its error which other observations control. Lines are what the declared sigmas make of that part." }
+        p.note {
+            "By how much each reading is corrected so that the equations hold: that part of its error which other observations control."
+            @if !of.checked { " Lines are what the declared sigmas make of that part." }
+        }
         div.grid { @for drawn in &figures { (figure(drawn)) } }
     };
     (!figures.is_empty())

@@ -25,7 +25,7 @@ pub(super) fn summary<'d>(of: &Reported, depends: impl Iterator<Item = &'d Depen
                 @let expected = tests.count as f64 * 0.001;
                 p { (tests.suspected) " of " (tests.count) " observations lie beyond " (significant(tests.critical, 3)) " standard deviations; chance alone makes " (significant(expected, 2)) "." }
             }
-            @if !of.rows.is_empty() { p { (patterns(depends)) } }
+            @if !of.rows.is_empty() && !of.checked { p { (patterns(depends)) } }
             @for why in &of.left_out { p.note { (why) } }
         }
     }
